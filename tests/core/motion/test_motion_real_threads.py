@@ -190,7 +190,7 @@ def test_a_slack_thread_and_the_ends_of_the_geometry_are_errors_with_their_time(
         weightless = (math.pi + math.asin(9.80665 / (40.0 * (math.pi / 5.0) ** 2))) / (math.pi / 5)
         assert caught.value.time_s == pytest.approx(weightless, abs=0.5)
     strong = {'escapement': {'kind': 'impulse', 'energy': 0.02}}
-    with pytest.raises(PropagationError, match='geometry of the lever ends') as caught:
+    with pytest.raises(PropagationError, match='range of the lever') as caught:
         run(scene_of(trochlea=LEVER, duration=20.0, **strong))
     assert 0.0 < caught.value.time_s < 20.0
     thread = {'kind': 'hanging', 'length': 0.02}

@@ -1,11 +1,10 @@
-"""A body on an axle, by Gauss–Legendre collocation; the axle may slide, roll, or both in turn.
+"""A body on an axle, by Gauss–Legendre collocation. The axle slides, rolls, or both in turn.
 
-The state is s, φ, ṡ and φ̇ of `axle_pendulum`. A step of 16 stages is iterated to rounding with
-the law of `pushed`, in compiled code; it is at most a radian of the fast mode, and
-halved where the iteration does not settle. In a step the accelerations are a polynomial, so that
-places and rates are known at any instant of it. Steps end where a span does, so the result does
-not depend on how spans are divided into calls. Where friction is limited, a step ends where the
-axle begins or ceases to slip.
+The state is s, φ, ṡ and φ̇ of `axle_pendulum`. Compiled code iterates a step of 16 stages to
+rounding. A step is at most a radian of the fast mode, and is halved if the iteration does not
+settle. Its stage polynomials give the motion at any instant within it. Steps end at the ends of
+spans, hence splitting spans into calls does not change the result. With limited friction a step
+also ends when the axle starts or stops slipping.
 """
 
 from __future__ import annotations
@@ -34,20 +33,20 @@ from tauto_core.motion.gauss_step import gauss_constants
 from tauto_core.samples import FloatArray, State
 from tauto_core.scene.errors import PropagationError
 
-# Of order 32, whose error over a radian of a small swing is below 1e-54 of it.
+# Order 32: over a radian of a small swing the error is below 1e-54 of it.
 _STAGES = 16
 # Longest step, as a phase of the fast mode [rad].
 _LONGEST = 1.0
-# A step that does not settle in 60 sweeps is too long, and halved.
+# A step that does not settle in 60 sweeps is halved.
 MOST_SWEEPS, SETTLED = 60, 2e-16
 MOST_HALVINGS = 24
 # |φ − θ| or |θ − ρ| at which the body counts as turned over [rad].
 _TIPPING_ANGLE = 3.0
 MOST_EVENTS = 1000
-"""Changes between rolling and sliding in a step of the span, at most."""
+"""Most changes between rolling and sliding in one call of `advance`."""
 
 _GAUSS = gauss_constants(_STAGES)
-# a_ij: values at the nodes to integrals up to them.
+# a_ij, from values at the nodes to integrals up to them.
 _INNER = np.ascontiguousarray(_GAUSS.columns.T)
 # The nodes, and the end of a step.
 _ENDS = np.append(_GAUSS.nodes, 1.0)
@@ -65,7 +64,7 @@ TURN, TURN_RATE, TURN_BEND, DOWN, LATERAL = range(5)
 
 
 class AxleLaw(NamedTuple):
-    """The body and how it touches its support, as `AxlePendulum` and `AxleContact` have them.
+    """The body and its contact with the support, as in `AxlePendulum` and `AxleContact`.
 
     Attributes:
         curvature: 1/e [1/m].
@@ -73,8 +72,8 @@ class AxleLaw(NamedTuple):
         gyration_radius: k [m].
         gravity: g [m/s2].
         radius: b of the axle [m].
-        friction: force along the support over the contact force, signed, where it slides.
-        rolls: whether it rolls.
+        friction: force along the support over the contact force, signed, of a sliding axle.
+        rolls: whether the axle rolls.
     """
 
     curvature: float
@@ -87,7 +86,7 @@ class AxleLaw(NamedTuple):
 
 
 class AxleInstant(NamedTuple):
-    """The fields of `AxleState`, and those of `SupportMotion`."""
+    """The fields of `AxleState` and `SupportMotion`."""
 
     arc: float
     tilt: float
@@ -101,13 +100,13 @@ class AxleInstant(NamedTuple):
 
 
 class AxleForces(NamedTuple):
-    """Accelerations of the body and forces on it; floats, or arrays of one shape.
+    """Accelerations of the body and forces on it, floats or arrays of one shape.
 
     Attributes:
         arc_acceleration: d²s/dt² in the support's frame [m/s2].
         tilt_acceleration: d²φ/dt² [rad/s2].
-        contact: N/M, contact force over mass [m/s2]; where it is 0 or negative the axle lifts off.
-        along: F/M, force along the support on the body, over the mass [m/s2]; 0 without friction.
+        contact: contact force over mass, N/M [m/s2]. At 0 the axle lifts off.
+        along: force along the support over mass, F/M [m/s2], 0 without friction.
     """
 
     arc_acceleration: Any
@@ -120,20 +119,19 @@ class AxleForces(NamedTuple):
 def pushed(law: AxleLaw, at: AxleInstant) -> AxleForces:
     """Return contact force and accelerations at any angles (§8–10; C in axle.md, moving support).
 
-    With δ = φ − θ, D = b − c cos δ, and A, A⊥ the components along the normal and across it of
-    the acceleration of that point of the support's frame where C is,
+    With δ = φ − θ, D = b − c cos δ, and A, A⊥ the acceleration of the support's point at C, along
+    the normal and across it,
 
         N/M = P + c φ̈ sin δ,   P = g cos θ − A + 2ρ̇ṡ + ṡ²/e + c φ̇² cos δ,
         k² φ̈ = −(N/M) c sin δ + (F/M) D,
         s̈ = −g sin θ − A⊥ + F/M − c φ̈ cos δ + c φ̇² sin δ.
 
-    F = 0 without friction, F = fN where the axle slides, and where it rolls F follows from
-    s̈ = −b(φ̈ − ρ̈).
+    F = 0 without friction and F = fN if the axle slides. If it rolls, s̈ = −b(φ̈ − ρ̈) gives F.
     """
     sigma = law.curvature * at.arc
     theta, half_angle = at.turn + sigma, 0.5 * sigma
-    # the axle's centre in fixed axes, from its place at s = 0: its arc of curvature 1/e by the
-    # chord, so that a plane (curvature 0) needs no other formula
+    # the axle's centre in fixed axes, from its place at s = 0. The chord of the arc serves a plane
+    # (curvature 0) too
     chord = at.arc * (math.sin(half_angle) / half_angle if half_angle != 0.0 else 1.0)
     x, y = -chord * math.sin(half_angle), chord * math.cos(half_angle)
     sine_rho, cosine_rho = math.sin(at.turn), math.cos(at.turn)
@@ -159,7 +157,7 @@ def pushed(law: AxleLaw, at: AxleInstant) -> AxleForces:
         bend = turned / inertia
         slip = -law.radius * (bend - at.turn_bend)
         return AxleForces(slip, bend, pressing + c * sine * bend, slip - spun + c * cosine * bend)
-    # sliding: F = ±μN enters φ̈ and, by c φ̈ sin δ, the contact force as well
+    # sliding: F = ±μN enters φ̈ and, through c φ̈ sin δ, the contact force
     across, rubbing = c * sine / k, law.friction * lever / k
     contact = pressing / (1.0 + across * (across - rubbing))
     bend = contact * (rubbing - across) / k
@@ -183,7 +181,7 @@ def forces(
     support: SupportMotion = STILL,
     touch: AxleContact = SMOOTH,
 ) -> AxleForces:
-    """Return what `pushed` does for a state and a support whose numbers may be arrays."""
+    """Return `pushed` for a state and a support that may be arrays."""
     law, numbers = law_of(body, touch), np.broadcast_arrays(*state, *support)
     instants = zip(*(values.ravel().tolist() for values in numbers), strict=True)
     rows = np.array([pushed(law, AxleInstant(*instant)) for instant in instants])
@@ -201,24 +199,24 @@ def collocate_axle(
     most_sweeps: int,
     rows: FloatArray,
 ) -> int:
-    """Fill the rows of a step from a state; return the sweeps it took, or 0: it does not settle.
+    """Fill the rows of a step and return the number of sweeps, or 0 if it does not settle.
 
-    The support's axis is where the axle's centre is at s = 0 and ρ = 0.
+    The support turns about the point of the axle's centre at s = 0 and ρ = 0.
 
     Args:
         law: the body and its contact.
         begin: s, φ, ṡ, φ̇ at the beginning, (4,).
         size: length of the step [s].
-        support: its motion at the nodes, rows TURN to LATERAL, (5, n + 1).
+        support: motion of the support at the nodes, rows TURN to LATERAL, (5, n + 1).
         inner: a_ij, from values at the nodes to integrals up to them, (n, n).
-        settled: largest last change, over the largest acceleration, at which it ends.
+        settled: largest last change, over the largest acceleration, of a settled step.
         most_sweeps: most sweeps.
         rows: rows ARC_BEND to ALONG, (8, n), filled.
     """
     n = inner.shape[0]
     last_change = math.inf
     for sweep in range(1, most_sweeps + 1):
-        # nothing moved of nothing is 0, not NaN
+        # avoids 0/0 for a body at rest
         arc_size = tilt_size = 1e-300
         arc_moved = tilt_moved = 0.0
         for i in range(n):
@@ -262,7 +260,7 @@ def collocate_axle(
             rows[ARC_BEND, i], rows[TILT_BEND, i] = bend, tilt_bend
             rows[PRESSED, i], rows[ALONG, i] = push.contact, push.along
         change = max(arc_moved / arc_size, tilt_moved / tilt_size)
-        # or rounding keeps the changes from falling further
+        # or rounding stops the changes from falling further
         if sweep > 1 and (change <= settled or (change < 1e-13 and change >= last_change)):
             return sweep
         last_change = change
@@ -275,14 +273,14 @@ def collocate_axle(
 
 @dataclass
 class _Now:
-    """The state of the body."""
+    """State of the body."""
 
     arc: float
     tilt: float
     arc_rate: float
     tilt_rate: float
     slips: int = 0
-    """Sign of the slip of an axle that slides; 0 where it rolls, or without friction."""
+    """Sign of the slip of a sliding axle, 0 if it rolls or has no friction."""
     turns: int = 0
     beats: int = 0
     is_up: bool = True
@@ -296,13 +294,13 @@ class _Now:
 
 
 class AxleStep(NamedTuple):
-    """A step as computed.
+    """A computed step.
 
     Attributes:
         rows: ARC_BEND to ALONG at the nodes, (8, stages).
-        times: those of the nodes and of the end [s], (stages + 1,).
+        times: times of the nodes and of the end [s], (stages + 1,).
         support: motion of the support at these times.
-        turn: ρ there [rad].
+        turn: ρ at these times [rad].
     """
 
     rows: FloatArray
@@ -322,17 +320,17 @@ class AxleStep(NamedTuple):
 
 
 Support: TypeAlias = Callable[[Any], SupportMotion]
-"""The support's motion by times from the beginning of a span [s], a float or an array."""
+"""The support's motion at times from the beginning of a span [s], a float or an array."""
 
 Visit: TypeAlias = Callable[[FloatArray, FloatArray, SupportMotion], None]
 
 
 class AxleMotion:
-    """A body on an axle whose support may move; `advance` takes lengths of time, no forcing.
+    """A body on an axle with a support that may move, advanced without `Forcing`.
 
     Args:
         clock: the machine.
-        now: its state, which moves.
+        now: its state, which `advance` changes.
     """
 
     def __init__(self, clock: AxleClock, now: _Now) -> None:
@@ -341,22 +339,22 @@ class AxleMotion:
     def advance(
         self, length_s: float, support: Support, begin_s: float, visit: Visit | None = None
     ) -> None:
-        """Move over a length of time; `support` gives its motion at times from `begin_s` on [s].
+        """Move over a length of time. `support` gives its motion at times from `begin_s` on [s].
 
-        `visit` is told the times of the nodes and the end of each step [s], the states there,
-        (4, n), and the support's motion. PropagationError: the axle lifts off, the body turns
+        After each step `visit` gets the times of its nodes and end [s], the states there, (4, n),
+        and the support's motion. Raises a PropagationError if the axle lifts off, the body turns
         over, or the steps become too short.
         """
         at, remaining, events = begin_s, length_s, 0
         longest = _LONGEST / self.clock.fastest
         while remaining > 0.0:
-            # a rounding above a whole number of steps makes no further one
+            # a rounding above a whole number of steps adds no step
             size = remaining / max(1, math.ceil(remaining / longest - 1e-9))
             took = self._step(at, size, support, visit)
             events += took < size
             if events > MOST_EVENTS:
                 raise PropagationError(
-                    'the axle changes between rolling and sliding without end. Use another '
+                    'the axle keeps changing between rolling and sliding. Use another '
                     'friction, or contact rolling',
                     at,
                 )
@@ -364,7 +362,7 @@ class AxleMotion:
             remaining = 0.0 if took == remaining else remaining - took
 
     def law(self, *, rolls: bool = False) -> AxleLaw:
-        """Return the body and how it touches its support now, or as if it rolled."""
+        """Return the body and its present contact, or rolling contact."""
         clock = self.clock
         touch = clock.touch
         if clock.contact == 'coulomb' and self.now.slips and not rolls:
@@ -376,7 +374,7 @@ class AxleMotion:
         return pushed(self.law(rolls=rolls), _instant(self.now.state, support))
 
     def _step(self, at: float, size: float, support: Support, visit: Visit | None) -> float:
-        """Take a step of at most a size [s]; return how long it was."""
+        """Take a step of at most `size` [s] and return its length."""
         for _ in range(MOST_HALVINGS):
             step = self._collocate(at, size, support)
             if step is not None:
@@ -408,7 +406,7 @@ class AxleMotion:
         return size
 
     def _collocate(self, at: float, size: float, support: Support) -> AxleStep | None:
-        """Return the step; None where its iteration does not settle."""
+        """Return the step, or `None` if its iteration does not settle."""
         times = at + size * _ENDS
         support_motion = support(times)
         motion, rows = np.empty((5, _STAGES + 1)), np.zeros((8, _STAGES))
@@ -417,8 +415,8 @@ class AxleMotion:
         law, begin = self.law(), np.array(self.now.state)
         if not collocate_axle(law, begin, size, motion, _INNER, SETTLED, MOST_SWEEPS, rows):
             return None
-        # the last Legendre coefficients must be rounding: two, since a motion that is even or odd
-        # about the middle of the step has every second one only
+        # the last two Legendre coefficients must be rounding: in a step that is even or odd about
+        # its middle every second one is zero
         terms = np.abs(rows[:2] @ _GAUSS.projection.T)
         scale = np.maximum(np.max(terms, axis=1), 1e-300)
         if not np.all(terms[:, -2:] <= 1e-10 * scale[:, None]):
@@ -426,7 +424,7 @@ class AxleMotion:
         return AxleStep(rows, times, support_motion, motion[TURN])
 
     def _check(self, step: AxleStep) -> None:
-        """Raise a PropagationError where the axle lifts off, or the body turns over."""
+        """Raise a PropagationError if the axle lifts off, or the body turns over."""
         lifts = np.flatnonzero(~(step.rows[PRESSED] > 0.0))
         if len(lifts):
             raise PropagationError(
@@ -449,7 +447,7 @@ class AxleMotion:
         return float(arc_rate + self.clock.radius * (tilt_rate - support.turn_rate))
 
     def _event(self, at: float, size: float, step: AxleStep, support: Support) -> float | None:
-        """Return the length after which the axle begins or ceases to slip; None: not in it."""
+        """Return the length after which the axle starts or stops slipping, or `None`."""
         if self.clock.contact != 'coulomb':
             return None
         slips, mu, law = self.now.slips, self.clock.friction, self.law()
@@ -475,7 +473,7 @@ class AxleMotion:
         share_before = 0.0
         for share, value in zip(_ENDS.tolist(), [*margins.tolist(), margin(1.0)], strict=True):
             if value < 0.0:
-                # where a change has just been, the margin is 0: it is asked for a little later
+                # just after a change the margin is 0: evaluate it a little later
                 low = share_before if share_before > 0.0 else 1e-9
                 if margin(low) <= 0.0:
                     return size * low
@@ -484,28 +482,28 @@ class AxleMotion:
         return None
 
     def _change(self, support: SupportMotion) -> None:
-        """Let an axle that slid roll, or one that rolled slide, or slide the other way."""
+        """Change the contact: a sliding axle rolls or reverses, a rolling one slides."""
         now, rolling = self.now, self.pushed(support, rolls=True)
         slid = now.slips != 0
         if slid:
-            # no slip at all, so that rounding starts none
+            # remove the slip, since its rounding would start a new one
             now.arc_rate -= self._slip(now.arc_rate, now.tilt_rate, support)
         if slid and self._holds(rolling):
             now.slips = 0
         else:
-            # friction pushes as rolling would need, and the axle slides against it
+            # the axle slides against the force that rolling would need
             now.slips = -1 if rolling.along > 0.0 else 1
 
     def _holds(self, rolling: AxleForces) -> bool:
-        """Return whether friction can be as large as rolling needs."""
+        """Return whether friction can supply the force that rolling needs."""
         return bool(abs(rolling.along) <= self.clock.friction * rolling.contact)
 
     def settle(self, support: SupportMotion) -> None:
-        """Choose at the start whether the axle rolls or slides, by its slip and its friction."""
+        """Choose rolling or sliding at the start, by slip and friction."""
         if self.clock.contact != 'coulomb':
             return
         slip = self._slip(self.now.arc_rate, self.now.tilt_rate, support)
-        # a picometre a second is rounding of a contact that rolls
+        # a slip of a picometre per second is rounding of a rolling contact
         if abs(slip) > 1e-12:
             self.now.slips = 1 if slip > 0.0 else -1
             return
@@ -520,18 +518,18 @@ class AxleMotion:
 
 @dataclass(frozen=True, eq=False)
 class AxleTable:
-    """The motion of a body on an axle at n instants, on a support at rest, all (n,).
+    """Motion of a body on an axle at n instants, on a support at rest, all (n,).
 
     Attributes:
         time_s: time since the start [s].
-        theta_rad: θ, tilt of the normal at the contact, s/e [rad]; 0 on a plane.
+        theta_rad: θ, tilt of the normal at the contact, s/e [rad], 0 on a plane.
         phi_rad: φ, tilt of the body [rad].
         arc_m: s of the axle's centre [m].
         contact: contact force over the weight, N/Mg.
         slip_m_s: speed at which the axle slides over its support [m/s].
         small_phi_rad: φ by the equations of small angles (§29), smooth or rolling [rad].
-        ends_s: instant at which the axle lifts off or the body turns over [s]; None: it does not.
-        ends_why: why, as a sentence; empty if it does not.
+        ends_s: time at which the axle lifts off or the body turns over [s], or `None`.
+        ends_why: the reason, as a sentence, or ''.
     """
 
     time_s: FloatArray
@@ -546,13 +544,13 @@ class AxleTable:
 
 
 def axle_table(clock: AxleClock, duration_s: float, every_s: float) -> AxleTable:
-    """Return the motion at every interval of a duration, until it ends."""
+    """Return the motion at equal intervals up to a duration, or until it ends."""
     now = _Now(clock.arc, clock.tilt, clock.arc_rate, clock.tilt_rate)
     motion = AxleMotion(clock, now)
     motion.settle(STILL)
     rows: list[tuple[float, ...]] = []
     ends_s, why = None, ''
-    # rounding takes no row from a duration of a whole number of intervals
+    # rounding must not drop the last row of a whole number of intervals
     count = math.floor(duration_s / every_s * (1.0 + 1e-12))
     for k in range(count + 1):
         slip = now.arc_rate + clock.radius * now.tilt_rate
@@ -592,9 +590,9 @@ def _small_tilt(clock: AxleClock, time: FloatArray) -> FloatArray:
 
 
 # -----------------------------------------------------------------------------
-# The propagator, on land and at sea. The support moves with the ship, and the clock's place is
-# that of the axle's centre at rest. β and g_eff of the forcing are the apparent gravity there, and
-# its tilt τ gives the roll, ρ = β − τ.
+# The propagator, on land and at sea. The support moves with the ship. The clock's place is the
+# axle's centre at rest. The forcing's β and g_eff are the apparent gravity there, and its tilt τ
+# gives the roll, ρ = β − τ.
 
 
 class AxleSwings:
@@ -608,12 +606,12 @@ class AxleSwings:
         self._start = 0.0
 
     def release(self, forcing: Forcing) -> Motion:
-        """Release the body where the first span begins; return that instant."""
+        """Release the body at the beginning of the first span and return that instant."""
         clock, support = self._clock, _support(forcing, 0, self._clock.body.gravity)
         at_start = support(float(forcing.begin[0] * forcing.length_s[0]))
         tilt, rate = float(at_start.turn) + clock.tilt, float(at_start.turn_rate) + clock.tilt_rate
         self._now = _Now(clock.arc, tilt, clock.arc_rate, rate)
-        # a start at 0 is on the side from which it comes, so that it counts as no passage
+        # a start at 0 counts as on the side that it comes from, hence not as a passage
         self._now.is_up = tilt > 0.0 or (tilt == 0.0 and rate >= 0.0)
         self._now.is_right = clock.tilt > 0.0 or (clock.tilt == 0.0 and clock.tilt_rate >= 0.0)
         AxleMotion(clock, self._now).settle(at_start)
@@ -623,7 +621,7 @@ class AxleSwings:
         return self._motion([row])
 
     def advance(self, forcing: Forcing) -> Motion:
-        """Advance over the spans; return the motion at the logged ends."""
+        """Advance over the spans and return the motion at the logged ends."""
         assert self._now is not None
         body, rows = AxleMotion(self._clock, self._now), []
         for k in range(len(forcing.length_s)):
@@ -640,7 +638,7 @@ class AxleSwings:
         return self._motion(rows) if rows else no_motion()
 
     def _count(self, times: FloatArray, states: FloatArray, support: SupportMotion) -> None:
-        """Count turns, upward passages of φ = 0, and beats, passages of φ = ρ."""
+        """Count turns (upward passages of φ = 0) and beats (passages of φ = ρ)."""
         del times
         now = self._now
         assert now is not None
@@ -651,7 +649,7 @@ class AxleSwings:
         now.is_up, now.is_right = bool(up[-1]), bool(right[-1])
 
     def state(self) -> State:
-        """Return all that the motion from here on depends on."""
+        """Return everything that later motion depends on."""
         return {'start': self._start, 'now': None if self._now is None else asdict(self._now)}
 
     def restore(self, state: State) -> None:
@@ -684,7 +682,7 @@ class AxleSwings:
 
 
 def _support(forcing: Forcing, k: int, gravity: float) -> Support:
-    """Return the motion of the support over the piece of a span, by times from its beginning."""
+    """Return the motion of the support over a span's piece, at times from its beginning."""
     neutral, gravities, tilt = forcing.neutral, forcing.gravity, forcing.tilt
     if neutral is None or gravities is None:
         return lambda _: STILL

@@ -1,7 +1,7 @@
-"""The propagator of Sully's lever and of the swinging thread: collocation from event to event.
+"""Propagator of Sully's lever and of the swinging thread: collocation from event to event.
 
-Where the ship lies still, its apparent vertical and gravity are constant polynomials, so that the
-same kernels serve on land and at sea. The last part has the systems of a slack thread.
+On a ship at rest the apparent vertical and gravity are constant polynomials, hence the same
+kernels serve on land and at sea. The last part has the systems with a slack thread.
 """
 
 from __future__ import annotations
@@ -86,15 +86,15 @@ from tauto_core.scene.errors import CamRangeError, PropagationError
 LONGEST_PHASE = {SIZE: 2.0, WIDE_SIZE: 3.05}
 """Longest step by its number of stages, as the phase ωh of the fastest plane [rad]."""
 
-# Factor by which the next shorter step is tried.
+# Factor between one trial step and the next shorter one.
 _SHORTER = 0.94
 
-# Most steps of a trial, for threads whose own period is far longer than the wheel's.
+# Most steps of a trial, for threads with a far longer period than the wheel.
 _MOST_TRIAL_STEPS = 4096
 
 
 class CaseAtStart(NamedTuple):
-    """The case at the start, by the direction β of the apparent vertical and its tilt τ = β − α_c.
+    """The case at the start: direction β of the apparent vertical and tilt τ = β − α_c.
 
     Attributes:
         vertical: β [rad].
@@ -127,7 +127,7 @@ def _on_wheel(machine: LeverMachine | HangingMachine, pace: float) -> OnWheel:
 
 
 def _lever(machine: LeverMachine, settled: float, per_release: float) -> Model:
-    """Return the lever, in a plane that turns with the free swing from the release angle."""
+    """Return the lever in a plane that turns as the free swing from the release angle does."""
     try:
         omega = math.tau / machine.period(machine.release_angle)
     except CamRangeError:
@@ -146,7 +146,7 @@ def _pair(numbers: FloatArray) -> tuple[float, float]:
 
 
 def _hanging(machine: HangingMachine) -> Model:
-    """Return the swinging thread, in the planes of its modes."""
+    """Return the swinging thread in the planes of its modes."""
     slow, fast, slow_share, fast_share = machine.modes
     columns = np.array([[slow_share, fast_share], [machine.base_radius, machine.base_radius]])
     columns = columns / np.max(np.abs(columns), axis=0)
@@ -169,7 +169,7 @@ def _hanging(machine: HangingMachine) -> Model:
 
 
 class RealThreads(SlackThread):
-    """Propagator of a machine whose thread draws on a lever, or swings."""
+    """Propagator of a machine with a thread that draws on a lever, or swings."""
 
     def __init__(
         self,
@@ -212,9 +212,9 @@ class RealThreads(SlackThread):
     def release(self, forcing: Forcing) -> Motion:
         """Release the wheel at rest in the case at the beginning of the first span.
 
-        A swinging thread hangs along the apparent vertical, and follows it. Raises a
-        PropagationError for a release at which the geometry ends, or at which the thread of a
-        machine that stops with a slack thread is slack.
+        A swinging thread hangs along the apparent vertical and moves with it. Raises a
+        PropagationError if the release angle is beyond the geometry's range, or the thread is
+        slack and the machine stops with a slack thread.
         """
         # the case at the beginning of the first span
         x, per_s = float(forcing.begin[0]), 1.0 / float(forcing.length_s[0])
@@ -238,10 +238,10 @@ class RealThreads(SlackThread):
         return self._motion(row)
 
     def _outside(self, forcing: Forcing) -> ForcingPieces:
-        """Return the pieces, with the machine's numbers where heat changes them.
+        """Return the pieces, with the machine's parameters if heat changes them.
 
-        Channels are constants on a ship that lies still. So are gravity and tilt for a force,
-        which feels neither.
+        Channels are constants on a ship at rest. So are gravity and tilt for a machine driven by a
+        force, which depends on neither.
         """
         zeros = np.zeros((len(forcing.length_s), 1))
         if forcing.neutral is None or forcing.tilt is None:
@@ -252,7 +252,7 @@ class RealThreads(SlackThread):
         heat, system = self._machine.heat, self._model.system
         if not heat.acts:
             return pieces
-        # both draw by a weight, or the lever by a force: κ of the lever, m r/I of the thread
+        # κ of the lever (weight or force), m r/I of the thread
         swings = isinstance(system, Hanging)
         drawn, radius = (system.ratio, system.radius) if swings else (system.kappa, 0.0)
         viscous, temperatures = system.on_wheel.viscous, forcing.temperatures
@@ -264,7 +264,7 @@ class RealThreads(SlackThread):
                 carried=radius * np.sqrt(factors.carried),
                 force=widening,
                 stiffness=0.0,
-                # of a weight the same, since only the force of a spring changes with heat
+                # a weight has factor 1: heat changes a spring's force only
                 weight=share * drawn * factors.force,
                 viscous=share * viscous * factors.viscous,
                 share=share,
@@ -276,7 +276,7 @@ class RealThreads(SlackThread):
     def _place(self, case: CaseAtStart) -> None:
         """Put the wheel at rest in the case at the release angle.
 
-        The lever then has ṡ = 0, so that p = Aα̇ (`lever`).
+        The lever then has ṡ = 0, hence p = Aα̇ (`lever`).
         """
         machine, (system, omega) = self._machine, self._model
         case_rate, planes = case.vertical_rate - case.tilt_rate, self._state['planes']
@@ -295,12 +295,12 @@ class RealThreads(SlackThread):
             planes['y'] = a * case_rate / omega[0]
 
     def _longest_step(self) -> float:
-        """Return the longest step [s] with which no step of a swing on land must be halved."""
+        """Return the longest step [s] that a swing on land takes without halving."""
         stages = self.order // 2
         angle, fastest = LONGEST_PHASE[stages], max(self._model.omega)
         swing_s = math.tau / min(self._model.omega)
-        # No turning points are found here, so that the drag may not ask for the direction of the
-        # swing; no impulse comes, so that the pallet stays 0 and recoil with it.
+        # The trial does not search for turning points, hence drag must not depend on the swing's
+        # direction. Without impulses the pallet stays 0, and recoil with it.
         on_wheel = self._model.system.on_wheel._replace(quadratic=0.0, law=None, impulse=math.inf)
         free = self._model._replace(system=self._model.system._replace(on_wheel=on_wheel))
         step = TOLERANCE_SHARE * self._tolerance.step
@@ -330,12 +330,11 @@ class RealThreads(SlackThread):
             return PropagationError(
                 f'no convergence to the tolerance {self._tolerance.step:g} with steps of 2^-'
                 f'{stepping.MAX_LEVEL} of a sample interval. Reduce the drag, or check the '
-                'dimensions of wheel and thread; on a moving ship, raise ship.rate',
+                'dimensions of wheel and thread. On a moving ship, raise ship.rate',
                 time_s,
             )
         if isinstance(self._machine, LeverMachine):
-            reached = 'the wheel turned so far that the geometry of the lever ends, near '
-            reached += 'a dead point, or beyond what its series describe'
+            reached = 'the wheel turned beyond the range of the lever, near a dead point'
         else:
             reached = 'the whole thread is wound up on the wheel'
         return PropagationError(
@@ -345,32 +344,34 @@ class RealThreads(SlackThread):
         )
 
     def _phase(self, rows: NDArray[np.void]) -> tuple[FloatArray, FloatArray]:
-        """Return the phase within a turn, of s of the lever or u of the thread, and its rate."""
+        """Return phase and phase rate of s of the lever or u of the thread, within a turn."""
         x, speed, acceleration = (rows[name] for name in ('coordinate', 'speed', 'acceleration'))
         arguments = x, speed, acceleration, self._machine.frequency
         return polar(*arguments), polar_rate(*arguments)
 
 
 # -----------------------------------------------------------------------------
-# Steps from impulse to impulse (`free_end`).
+# Event-to-event steps (`free_end`).
 
 LEAST_ERROR_OF_THREAD, NEAR_ON_THREAD = 1e-8, 0.003
-"""The least error of a step, and the phase from its end within which it is not repeated [rad], for
-a lever or a swinging thread. Within 0.01 rad Sully's lever, hung, errs by 1e-3 s/day; and 0.0166
-rad before the end of half a swing lies a node, which would be counted if the impulse came before.
+"""Smallest error of a step, and the phase before its end within which it is not repeated [rad].
+
+With 0.01 rad Sully's hung lever errs by 1e-3 s/day. A node 0.0166 rad before the end of half a
+swing would be counted if the impulse came earlier.
 """
 
 SHAPE_SHARE, USUAL_PER_RELEASE = 3e-3, 1.2
-"""Error of the functions of a lever's arc over the tolerance: a rate errs by 0.03 of the accuracy.
-And how far they reach beyond the release in few terms, as `wells.REACH_PER_RELEASE`.
+"""Error of a lever's arc functions over the tolerance, and their reach beyond the release.
+
+The rate then errs by 0.03 of the accuracy. The reach is as in `wells.REACH_PER_RELEASE`.
 """
 
 
 def thread_takes_free_ends(machine: LeverMachine | HangingMachine) -> bool:
     """Return whether a lever or a swinging thread can step from impulse to impulse.
 
-    It needs an escapement, no kink of the drag, and a pull whose law has no joints. The stages of
-    a thread whose lean is damped settle too slowly.
+    It needs an escapement, drag without a kink, and a pull law without joints. If the thread's
+    lean is damped, the stages settle too slowly.
     """
     apt = machine.law is None if isinstance(machine, LeverMachine) else not machine.damping
     linear = machine.drag is None or machine.drag.is_linear
@@ -378,7 +379,7 @@ def thread_takes_free_ends(machine: LeverMachine | HangingMachine) -> bool:
 
 
 def thread_end_of(pace: float, sweeps: int) -> FreeEnd:
-    """Return the settings for a lever or a swinging thread of a pace [rad/s]."""
+    """Return the step settings of a lever or a swinging thread with this pace [rad/s]."""
     settled = max(LEAST_FREE_SETTLED, 10.0 ** -(2 * sweeps + 1))
     error, close = max(LEAST_ERROR_OF_THREAD, 1e-6 * settled), 10.0 ** -(1.0 + 0.5 * sweeps)
     phase = NEAR_ON_THREAD if sweeps <= MOST_IN_ONE else NEARER
@@ -386,7 +387,7 @@ def thread_end_of(pace: float, sweeps: int) -> FreeEnd:
 
 
 class FreeEndThreads(FreeEnds, RealThreads):
-    """Propagator of a lever or a swinging thread that steps from impulse to impulse."""
+    """Propagator of a lever or a swinging thread with event-to-event steps."""
 
     def __init__(
         self, machine: LeverMachine | HangingMachine, tolerance: float | None, sweeps: int
@@ -398,34 +399,34 @@ class FreeEndThreads(FreeEnds, RealThreads):
 
 
 # -----------------------------------------------------------------------------
-# Sully's lever and the swinging thread while their threads are slack.
+# Sully's lever and the swinging thread with slack threads.
 #
 # The wheel is free: ψ̈ = −(drag and recoil)/I. The lever falls about its fulcrum in the case,
 #
 #     β̈ = −α̈ − (κ/√j) g_eff cos(β − τ),
 #
-# with the letters of `lever`, and is slack while it is higher than β(θ), at which the thread would
-# hold it. The weight of a swinging thread falls freely beside the axle, Ẅ = g_eff (sin β, −cos β)
-# with the direction β of the apparent vertical, and what acts beside it (`transverse`). A thread
-# that leaves the cam for the weight at W has the lean δ of W · n = r u, u = ψ − δ, with
-# n = (cos δ, sin δ) and d = (sin δ, −cos δ). It has to reach W · d − r and has l₀ − ½ r u² left:
-# slack while that is more.
+# in the notation of `lever`. Its thread is slack while β is above β(θ) of the taut thread. The
+# weight of a swinging thread falls freely, Ẅ = g_eff (sin β, −cos β) with the direction β of the
+# apparent vertical, plus the transverse acceleration (`transverse`). A thread that leaves the cam
+# for the weight at W has the lean δ with W · n = r u, u = ψ − δ, n = (cos δ, sin δ) and d = (sin
+# δ, −cos δ). Its free length is l₀ − ½ r u², its way W · d − r. It is slack while it is longer
+# than its way.
 #
-# Along the thread, with ρ = r u and v = −Ẇ · d, the momentum is shared,
+# The retension impulse acts along the thread. With ρ = r u and v = −Ẇ · d,
 #
 #     ψ̇⁺ = (I ψ̇⁻ + m ρ v)/(I + m ρ²),    δ̇⁺ = (Ẇ · n − r ψ̇⁺)/l,
 #
-# and Ẇ · n stays as it is. Of the lever, with b = dβ/dθ and its inertia J = j I,
+# and Ẇ · n does not change. For the lever, with b = dβ/dθ and inertia J = j I,
 # θ̇⁺ = (θ̇⁻ + j b β̇)/(1 + j b²).
 
 
 class LooseOnWheel(WithThread, LooseSystem):
-    """The base of a free wheel whose thread is slack."""
+    """Base of systems with a slack thread, which leaves the wheel free."""
 
     def strike(
         self, mode: Mode, omega: Omega, at: Inputs, now: Instant, state: RunningState
     ) -> None:
-        """Let an impulse change the momentum of the wheel alone: ½ I θ̇² grows by its energy."""
+        """Let an impulse act on the wheel alone: ½ I θ̇² grows by its energy."""
         on_wheel, plane = self.on_wheel, state.planes[0]
         if on_wheel.heat is not None and at.hot is not None:
             on_wheel = hot_on_wheel(on_wheel, at.hot)
@@ -450,12 +451,12 @@ def _on_wheel_at_nodes(on_wheel: OnWheel, work: Work) -> OnWheel:
 
 
 # -----------------------------------------------------------------------------
-# The swinging thread. X of the three planes: ψ, and the place of the weight over l₀, across the
-# vertical and above where it hangs at rest.
+# The swinging thread. X of its three planes: ψ, then the weight's position over l₀, across the
+# vertical and above the point at which it hangs at rest.
 
 
 class _LooseThreadNumbers(NamedTuple):
-    """The swinging thread that is slack; `thread` is the taut one."""
+    """The swinging thread with a taut thread."""
 
     thread: Hanging
 
@@ -464,9 +465,9 @@ class LooseThreadPose(NamedTuple):
     """A slack thread as it leaves the cam for the weight.
 
     Attributes:
-        delta: its lean δ [rad].
+        delta: lean δ [rad].
         reach: W · d − r, the way to the weight [m].
-        free: its length free of the cam [m].
+        free: length free of the cam [m].
     """
 
     delta: float
@@ -475,11 +476,11 @@ class LooseThreadPose(NamedTuple):
 
 
 class LooseThread(_LooseThreadNumbers, LooseOnWheel):
-    """A free wheel, and its weight that falls."""
+    """A free wheel and a freely falling weight."""
 
     @property
     def on_wheel(self) -> OnWheel:
-        """The terms on the wheel besides the thread."""
+        """The terms on the wheel other than the thread."""
         return self.thread.on_wheel
 
     def at_nodes(self, place: StepPlace, work: Work) -> None:
@@ -487,7 +488,7 @@ class LooseThread(_LooseThreadNumbers, LooseOnWheel):
         self.thread.at_nodes(place, work)
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
-        """Fill the disturbances of the planes' rotation."""
+        """Fill the disturbances of the three planes."""
         nodes: ThreadNodes = work.nodes
         w = omega[0] * row_of(work.y, 0)
         rate = w - row_of(nodes.alpha_rate)
@@ -501,7 +502,7 @@ class LooseThread(_LooseThreadNumbers, LooseOnWheel):
         store(work.d2, 2, omega[2] * row_of(work.x, 2) - (fall * cosine - aside * sine))
 
     def exits(self, mode: Mode, omega: Omega, work: Work) -> Exits:
-        """Return whether the thread tautens in the step, or the weight comes up to the wheel."""
+        """Return whether the thread tautens in the step, or the weight reaches the wheel."""
         gap = margin = filled(row_of(work.x), 0.0)
         for i in range(width(work.fractions)):
             radius = self.thread.radius
@@ -564,7 +565,7 @@ class LooseThread(_LooseThreadNumbers, LooseOnWheel):
         )
 
     def let_go(self, taut: Hanging, omega: Omega, at: Inputs, now: Instant, free: Any) -> None:
-        """Set wheel and weight to the motion of the taut thread."""
+        """Start wheel and weight with the motion of the taut thread."""
         alpha, alpha_rate = at.drive.value - at.tilt.value, at.drive.rate - at.tilt.rate
         thread, u = thread_now(taut, at), now.coordinate
         psi, psi_rate = now.angle + alpha, now.rate + alpha_rate
@@ -575,7 +576,7 @@ class LooseThread(_LooseThreadNumbers, LooseOnWheel):
         turn_rate, along_rate = (radius * psi_rate + span * delta_rate, -radius * u * psi_rate)
         planes = free.planes
         planes[0].x, planes[0].y = psi, psi_rate / omega[0]
-        # W = r u n + (r + l) d; its height is counted from −(r + l₀), where nothing cancels
+        # W = r u n + (r + l) d, with the height counted from −(r + l₀) to avoid cancellation
         low = math.sin(0.5 * delta)
         planes[1].x = (radius * u * cosine + (radius + span) * sine) / length
         raised = radius * u * sine + 2.0 * (radius + span) * low * low + (length - span)
@@ -588,7 +589,7 @@ class LooseThread(_LooseThreadNumbers, LooseOnWheel):
     def tauten(
         self, taut: Hanging, omega: Omega, taut_omega: Omega, at: Inputs, free: Any, state: Any
     ) -> Retension:
-        """Share the momentum along the thread; across it the weight keeps its velocity."""
+        """Share the momentum along the thread. Across it the weight keeps its velocity."""
         thread, planes = thread_now(taut, at), planes_of(omega, free.planes)
         psi, psi_rate = planes[0].x, omega[0] * planes[0].y
         hangs = _hangs_at(thread, thread.radius, psi, planes[1].x, planes[2].x)
@@ -614,7 +615,7 @@ class LooseThread(_LooseThreadNumbers, LooseOnWheel):
 
 @compiled
 def _hangs_at(thread: Hanging, radius: float, psi: float, x: float, y: float) -> LooseThreadPose:
-    """Return how the thread hangs, by ψ and X of the weight's planes."""
+    """Return the slack thread's pose, from ψ and X of the weight's planes."""
     length = thread.length
     across, up = length * x, length * y - (radius + length)
     delta, along = math.atan2(across, -up), 0.0
@@ -634,23 +635,23 @@ def _hangs_at(thread: Hanging, radius: float, psi: float, x: float, y: float) ->
 
 @inlined
 def _gap(thread: Hanging, hangs: LooseThreadPose) -> float:
-    """Return by how much the thread is longer than its way, over l₀."""
+    """Return the excess of the thread's length over its way, over l₀."""
     return (hangs.free - hangs.reach) / thread.length + rounding_of(hangs.delta, 1.0)
 
 
 @inlined
 def _margin(thread: Hanging, hangs: LooseThreadPose) -> float:
-    """Return the shorter of the thread and its way, less the least of it [m]."""
+    """Return the smaller of the thread's length and its way, minus their lower limit [m]."""
     return min(hangs.free, hangs.reach) - thread.least
 
 
 # -----------------------------------------------------------------------------
-# Sully's lever. X = θ and ωY = ψ̇ of the wheel, X = √j β and ωY = √j (β̇ + α̇) of the lever, whose
-# β is that of the series: with the fulcrum to port it is reversed.
+# Sully's lever. X = θ and ωY = ψ̇ of the wheel, X = √j β and ωY = √j (β̇ + α̇) of the lever. β is
+# the angle of the series, which is mirrored if the fulcrum is to port.
 
 
 class _LooseLeverNumbers(NamedTuple):
-    """The lever whose thread is slack; `lever` is the taut one."""
+    """The lever with a taut thread."""
 
     lever: SullyLever
 
@@ -666,11 +667,11 @@ class TautLever(NamedTuple):
 
 
 class LooseLever(_LooseLeverNumbers, LooseOnWheel):
-    """A free wheel, and the lever that falls."""
+    """A free wheel and a falling lever."""
 
     @property
     def on_wheel(self) -> OnWheel:
-        """The terms on the wheel besides the thread."""
+        """The terms on the wheel other than the thread."""
         return self.lever.on_wheel
 
     def at_nodes(self, place: StepPlace, work: Work) -> None:
@@ -678,7 +679,7 @@ class LooseLever(_LooseLeverNumbers, LooseOnWheel):
         self.lever.at_nodes(place, work)
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
-        """Fill the disturbances of the planes' rotation."""
+        """Fill the disturbances of both planes."""
         nodes: LeverNodes = work.nodes
         root_j, alpha_rate = self.lever.root_j, row_of(nodes.alpha_rate)
         w, kappa = omega[0] * row_of(work.y, 0), self.lever.kappa + 0.0 * alpha_rate
@@ -734,7 +735,7 @@ class LooseLever(_LooseLeverNumbers, LooseOnWheel):
         )
 
     def let_go(self, taut: SullyLever, omega: Omega, at: Inputs, now: Instant, free: Any) -> None:
-        """Set wheel and lever to the motion of the taut thread."""
+        """Start wheel and lever with the motion of the taut thread."""
         alpha_rate, planes, root_j = at.drive.rate - at.tilt.rate, free.planes, taut.root_j
         arc, angle = lever_on_arc(taut.shape, now.coordinate)
         planes[0].x, planes[0].y = angle, (now.rate + alpha_rate) / omega[0]
@@ -746,7 +747,7 @@ class LooseLever(_LooseLeverNumbers, LooseOnWheel):
     def tauten(
         self, taut: SullyLever, omega: Omega, taut_omega: Omega, at: Inputs, free: Any, state: Any
     ) -> Retension:
-        """Share the momentum along the thread: ṡ⁺ = n θ̇ + w √j β̇, (n, w) being a unit vector."""
+        """Share the momentum along the thread: ṡ⁺ = n θ̇ + w √j β̇."""
         planes, root_j = planes_of(omega, free.planes), taut.root_j
         alpha_rate, plane = at.drive.rate - at.tilt.rate, state.planes[0]
         pose = _pose_at(taut, planes[0].x)
@@ -761,13 +762,13 @@ class LooseLever(_LooseLeverNumbers, LooseOnWheel):
 
 @compiled
 def _pose_at(lever: SullyLever, theta: float) -> TautLever:
-    """Return the taut lever at θ, or at the end of the geometry if θ is beyond it."""
+    """Return the taut lever at θ, or at the nearest end of the geometry."""
     full = lever.shape.full
     low, high = full.middle - full.half_width, full.middle + full.half_width
     s = min(max(theta, low), high)
     for _ in range(MOST_ITERATIONS):
         arc, angle = lever_on_arc(lever.shape, s)
-        # n = dθ/ds is at most 1, so that the way is never shorter
+        # n = dθ/ds is at most 1, hence the step in s is never too short
         s_next = min(max(s + (theta - angle) / arc.n, low), high)
         change = abs(s_next - s)
         s = s_next
@@ -779,14 +780,14 @@ def _pose_at(lever: SullyLever, theta: float) -> TautLever:
 
 @inlined
 def _above(lever: SullyLever, pose: TautLever, height: float) -> float:
-    """Return by how much the lever is higher than the thread would hold it, times √j."""
+    """Return the lever's height above the taut thread's, times √j."""
     above = height - lever.root_j * pose.beta
     return (above if lever.mirrored is None else -above) + rounding_of(pose.s, height)
 
 
 @inlined
 def _within(lever: SullyLever, pose: TautLever, height: float) -> float:
-    """Return a margin: of the arc, and of a lever that is not thrown over."""
+    """Return the smaller margin: to the end of the arc, or to a lever thrown over."""
     full = lever.shape.full
     x = (pose.s - full.middle) / full.half_width
     tilt_margin = 0.5 * math.pi - abs(height / lever.root_j - pose.beta)

@@ -1,4 +1,4 @@
-"""The suspended case and its bearing: at any angles, at small ones by both modes, in gimbals."""
+"""The suspended case and its bearing: full equations, small-angle modes, and gimbals."""
 
 from __future__ import annotations
 
@@ -77,23 +77,23 @@ from tauto_core.samples import FloatArray, IntArray, State, Stateful
 from tauto_core.scene.errors import PropagationError
 
 # -----------------------------------------------------------------------------
-# The motion of the bearing in which a case hangs, and the motion of the case.
+# Motion of the bearing from which a case hangs, and motion of the case.
 
 
 @dataclass(frozen=True)
 class BearingMotion:
-    """The specific force at the bearing's centre over n consecutive pieces, as polynomials.
+    """Specific force at the bearing's centre over n consecutive pieces, as polynomials.
 
-    x runs from 0 to 1 over a piece. The motion of the case is computed at the ends of equal parts
-    of each piece, rounded to whole nanoseconds.
+    In each piece x runs from 0 to 1. The case's motion is computed at the ends of equal parts of
+    each piece, rounded to whole nanoseconds.
 
     Attributes:
-        begin_ns: time of each piece's beginning from the start of the run [ns], (n,).
-        length_ns: its length [ns], (n,).
-        parts: number of parts that it is divided into, ≥ 1, (n,).
+        begin_ns: start of each piece, from the start of the run [ns], (n,).
+        length_ns: length of each piece [ns], (n,).
+        parts: number of parts of each piece, ≥ 1, (n,).
         sway: coefficients of x^j of ÿ, to port [m/s2], (n, m).
-        lift: the same of g + z̈, up [m/s2], (n, m).
-        roll: the same of the ship's roll ρ [rad], (n, m′); None where the bearing does not rub.
+        lift: coefficients of g + z̈, up [m/s2], (n, m).
+        roll: coefficients of the ship's roll ρ [rad], (n, m′), or `None` without friction.
     """
 
     begin_ns: IntArray
@@ -105,19 +105,19 @@ class BearingMotion:
 
     @cached_property
     def piece(self) -> IntArray:
-        """Index of the piece that each part belongs to, (Σ parts,)."""
+        """Index of each part's piece, (Σ parts,)."""
         return np.repeat(np.arange(len(self.parts)), self.parts)
 
     @cached_property
     def end_ns(self) -> IntArray:
-        """Time of each part's end from the start of the run [ns], (Σ parts,)."""
+        """End of each part, from the start of the run [ns], (Σ parts,)."""
         ends = np.empty(int(self.parts.sum()), np.int64)
         _end_parts(self.begin_ns, self.length_ns, self.parts, ends)
         return ends
 
     @cached_property
     def end(self) -> FloatArray:
-        """x at which each part ends in its piece, 0 < x ≤ 1, (Σ parts,)."""
+        """x at the end of each part, 0 < x ≤ 1, (Σ parts,)."""
         piece = self.piece
         ends: FloatArray = (self.end_ns - self.begin_ns[piece]) / self.length_ns[piece]
         return ends
@@ -131,7 +131,7 @@ class BearingMotion:
 
 @entry
 def _end_parts(begin_ns: IntArray, length_ns: IntArray, parts: IntArray, end_ns: IntArray) -> None:
-    """Fill in when the parts end, for `BearingMotion`."""
+    """Fill in the end times of all parts."""
     k = 0
     for p in range(len(parts)):
         for i in range(parts[p]):
@@ -143,7 +143,7 @@ def _end_parts(begin_ns: IntArray, length_ns: IntArray, parts: IntArray, end_ns:
 def _at_ends(
     end: FloatArray, piece: IntArray, sway: FloatArray, lift: FloatArray, rows: FloatArray
 ) -> None:
-    """Fill in the polynomials of `BearingMotion` at the ends of the parts."""
+    """Evaluate the polynomials of sway and lift at the ends of the parts."""
     for k in range(len(end)):
         x, p, y, z = end[k], piece[k], 0.0, 0.0
         for j in range(sway.shape[1] - 1, -1, -1):
@@ -154,24 +154,24 @@ def _at_ends(
 
 
 def ends_of_parts(length_ns: IntArray | int, parts: IntArray | int, number: Any) -> Any:
-    """Return when the number-th of equal parts of a length ends, rounded to nanoseconds [ns].
+    """Return the end of the number-th of equal parts of a length, in whole nanoseconds [ns].
 
-    Numbers run from 1 to `parts`; 0 gives the beginning.
+    `number` is 1 to `parts`, or 0 for the beginning.
     """
     return (2 * number * length_ns + parts) // (2 * parts)
 
 
 class CaseMotion(NamedTuple):
-    """The motion of the case at n instants, all (n,).
+    """Motion of the case at n instants, all (n,).
 
     Attributes:
-        theta: tilt θ of the contact's normal [rad]; in gimbals φ.
+        theta: tilt θ of the contact's normal [rad] (φ in gimbals).
         phi: tilt φ of the case [rad].
         theta_rate: θ̇ [rad/s].
         phi_rate: φ̇ [rad/s].
         sway: ÿ of the bearing [m/s2].
-        lift: its g + z̈ [m/s2].
-        phi_bend: φ̈ in gimbals [rad/s2]; None on an axle.
+        lift: g + z̈ of the bearing [m/s2].
+        phi_bend: φ̈ in gimbals [rad/s2], `None` on an axle.
     """
 
     theta: FloatArray
@@ -184,28 +184,31 @@ class CaseMotion(NamedTuple):
 
 
 class CaseSwing(Protocol):
-    """Propagator of the case; how the motion is divided into calls does not change the result."""
+    """Propagator of the case. Splitting a motion into several calls does not change its bits."""
 
     def release(
         self, sway: float, lift: float, roll: float = 0.0, roll_rate: float = 0.0
     ) -> float:
-        """Start at rest, at the time 0, hanging in equilibrium; return θ = φ [rad].
+        """Start at rest in equilibrium at time 0 and return θ = φ [rad].
 
-        `sway` is ÿ of the bearing then, `lift` g + z̈ > 0 [m/s2]; ρ [rad] and ρ̇ [rad/s] matter
-        where the bearing rubs.
+        Args:
+            sway: ÿ of the bearing [m/s2].
+            lift: g + z̈ of the bearing [m/s2], > 0.
+            roll: ρ [rad], used if the bearing rubs.
+            roll_rate: ρ̇ [rad/s], likewise.
         """
         ...
 
     def bend_at_rest(self, roll_rate: float) -> float:
-        """Return φ̈ of a case that hangs at rest in a ship with ρ̇ [rad/s2]."""
+        """Return φ̈ of a case at rest in a ship that rolls at ρ̇ [rad/s2]."""
         ...
 
     def advance(self, bearing: BearingMotion) -> CaseMotion:
-        """Return the motion at the ends of the parts; the pieces follow those of the last call."""
+        """Return the motion at the ends of the parts. The pieces continue the last call's."""
         ...
 
     def state(self) -> State:
-        """Return all that the next output depends on."""
+        """Return everything that later output depends on."""
         ...
 
     def restore(self, state: State) -> None:
@@ -214,30 +217,31 @@ class CaseSwing(Protocol):
 
 
 # -----------------------------------------------------------------------------
-# The suspended case at any angles, as a system of two rotating planes: those of its modes.
+# The full equations of the suspended case, as a system of two rotating planes, one per normal
+# mode.
 #
-# With θ the tilt of the contact's normal, φ that of the case and δ = φ − θ, (axle.2) and (axle.3)
-# become in a bearing that moves (suspension.md)
+# θ is the tilt of the contact's normal, φ the tilt of the case, δ = φ − θ. In a moving bearing
+# (axle.2) and (axle.3) become (suspension.md)
 #
 #     N/M = ((g + z̈) cos θ − ÿ sin θ + e θ̇² + c φ̇² cos δ)/(1 + (c/k)² sin²δ),
 #     φ̈ = −(N/M) c sin δ/k²,    e θ̈ = −(g + z̈) sin θ − ÿ cos θ − c φ̈ cos δ + c φ̇² sin δ.
 #
-# θ = c (q + q′) and φ = Bq + B′q′ (`axle_pendulum`); X and Y are q and q̇/ω of each mode. What
-# disturbs the planes is then of the third order in the swing, or the motion of the bearing.
+# θ = c (q + q′) and φ = Bq + B′q′ (`axle_pendulum`). X and Y are q and q̇/ω of each mode. The
+# disturbances of the planes are then of third order in the amplitude, or come from the bearing.
 
 PLANES = 2
 CASE_NODES = 'sway', 'lift', 'contact', 'theta', 'delta'
-"""Rows of ÿ, g + z̈, N/M, θ and δ at the nodes."""
+"""Rows of the nodes: ÿ, g + z̈, N/M, θ and δ."""
 
 OVER = 3.0
 """|θ| or |δ| at which the case counts as turned over [rad]."""
 
 CASE_ERROR_OF_LAST = 1.0
-"""Error of a step over the square of its last Legendre coefficient, at most (`stepping`)."""
+"""Upper bound of a step's error over the square of its last Legendre coefficient (`stepping`)."""
 
 
 class CaseNodes(Protocol):
-    """The rows CASE_NODES."""
+    """Types of the rows CASE_NODES."""
 
     sway: FloatArray
     lift: FloatArray
@@ -247,7 +251,7 @@ class CaseNodes(Protocol):
 
 
 class AxleNumbers(NamedTuple):
-    """The constants of the equations [m]: e, c, k, and B and B′ of the modes."""
+    """Constants of the equations: e, c, k, and B and B′ of the modes [m]."""
 
     e: float
     c: float
@@ -261,7 +265,7 @@ class SuspendedCase(AxleNumbers, System):
 
     @property
     def pace(self) -> float:
-        """One, since no event is measured in swings."""
+        """One: the case has no events that are timed by its period."""
         return 1.0
 
     def at_nodes(self, place: StepPlace, work: Work) -> None:
@@ -271,10 +275,10 @@ class SuspendedCase(AxleNumbers, System):
         store(nodes.lift, 0, column_at(APPARENT_GRAVITY, place.terms, x, work))
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
-        """Fill the disturbances of the planes, and N/M, θ and δ; d1 stays zero.
+        """Fill the disturbances d2 of the planes, and N/M, θ and δ. d1 stays zero.
 
-        The accelerations of the modes are q̈ = (c φ̈ − B′θ̈)/D and q̈′ = (B θ̈ − c φ̈)/D, with
-        D = c (B − B′).
+        The modes accelerate by q̈ = (c φ̈ − B′θ̈)/D and q̈′ = (B θ̈ − c φ̈)/D, with D = c (B −
+        B′).
         """
         e, c, k, B, B_prime = self
         q, fast_q = row_of(work.x, 0), row_of(work.x, 1)
@@ -286,7 +290,7 @@ class SuspendedCase(AxleNumbers, System):
         contact, sin_theta, cos_theta, sin_delta, cos_delta = contact_force(
             (e, c, k), theta, delta, rates, sway, lift
         )
-        # the division in the contact force takes longest, so that little waits for it
+        # the division in the contact force takes longest: the terms that need it come last
         free = fma(sin_delta, c * (rates[1] * rates[1]), -fma(lift, sin_theta, sway * cos_theta))
         phi_bend = contact * (sin_delta * (-c / (k * k)))
         e_theta_bend = fma(cos_delta * -c, phi_bend, free)
@@ -301,7 +305,7 @@ class SuspendedCase(AxleNumbers, System):
         store(nodes.delta, 0, delta)
 
     def exits(self, mode: Mode, omega: Omega, work: Work) -> Exits:
-        """Return whether the case turns over, or its axle lifts off."""
+        """Return whether the case turns over or its axle lifts off."""
         nodes: CaseNodes = work.nodes
         margin = OVER - larger(row_of(nodes.theta), row_of(nodes.delta))
         edge, slack = first_below(margin, work), first_below(row_of(nodes.contact), work)
@@ -316,7 +320,7 @@ class SuspendedCase(AxleNumbers, System):
         return _angles(self, planes[0].x, planes[1].x)[1]
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Inputs) -> Instant:
-        """Return the case at an instant, without θ̈ and φ̈, which no caller needs."""
+        """Return the case at an instant, without θ̈ and φ̈, which no caller uses."""
         theta, phi = _angles(self, planes[0].x, planes[1].x)
         rates = _angles(self, omega[0] * planes[0].y, omega[1] * planes[1].y)
         lengths = self.e, self.c, self.k
@@ -337,7 +341,7 @@ class SuspendedCase(AxleNumbers, System):
 
 @inlined
 def _angles(system: SuspendedCase, q: Numeric, q_prime: Numeric) -> NumericPair:
-    """Return θ and φ of q and q′, or the rates of these of their rates."""
+    """Return θ and φ from q and q′, or their rates from q̇ and q̇′."""
     return system.c * (q + q_prime), system.B * q + system.B_prime * q_prime
 
 
@@ -350,7 +354,7 @@ def contact_force(
     sway: Numeric,
     lift: Numeric,
 ) -> tuple[Numeric, Numeric, Numeric, Numeric, Numeric]:
-    """Return N/M, sin θ, cos θ, sin δ and cos δ; the lengths are e, c and k."""
+    """Return N/M, sin θ, cos θ, sin δ and cos δ. The lengths are e, c and k [m]."""
     e, c, k = lengths
     sin_theta, versine_theta = sine_versine(theta)
     sin_delta, versine_delta = sine_versine(delta)
@@ -363,14 +367,14 @@ def contact_force(
 
 
 # -----------------------------------------------------------------------------
-# The suspended case at any angles, moved over pieces of the bearing's motion.
+# Propagators of the full equations over pieces of the bearing's motion.
 
 LONG = 1.0
-"""Phase of the fast mode in a step [rad] beyond which sixteen stages cost less than eight."""
+"""Phase of the fast mode in a step [rad] above which sixteen stages cost less than eight."""
 
 
 class SteppedSwing:
-    """A propagator of a case that takes a step or more for each part of a piece.
+    """Propagator of a case that takes one or more steps per part.
 
     The tolerance is relative to the state, and at least TOLERANCE.
     """
@@ -384,8 +388,8 @@ class SteppedSwing:
         tolerance: float | None,
     ) -> None:
         self._omega, self._system = omega, system
-        # what the iteration leaves of large swings adds up: with more of a coarse tolerance they
-        # err 15 to 50 times more and take as long
+        # iteration errors of large swings add up: with a larger share of a coarse tolerance the
+        # result is 15 to 50 times worse, at the same cost
         self._tolerance = tolerance_of(
             max(tolerance or TOLERANCE, TOLERANCE),
             CASE_ERROR_OF_LAST,
@@ -396,12 +400,12 @@ class SteppedSwing:
         self._work = make_work(len(omega), nodes, stages)
 
     def _rows(self, bearing: BearingMotion) -> NDArray[np.void]:
-        """Return the rows of the driver at the ends of the parts.
+        """Return the driver's rows at the ends of the parts.
 
-        Raises a PropagationError if the axle lifts off, the case turns over, or no step converges.
+        Raises a PropagationError if the axle lifts off, the case turns over, or a step does not
+        converge.
         """
-        # x counts the parts of a piece: equal ones then have equal lengths to the last bit, and
-        # share the tables of their rotations
+        # x counts parts: equal parts then have bit-equal lengths and share their rotation tables
         piece, parts = bearing.piece, bearing.parts
         elapsed_ns = (bearing.end_ns - bearing.begin_ns[piece]) * parts[piece]
         end = np.asarray(elapsed_ns / bearing.length_ns[piece], np.float64)
@@ -445,12 +449,12 @@ class SteppedSwing:
         return rows
 
     def bend_at_rest(self, roll_rate: float) -> float:
-        """Return 0: at rest along the apparent vertical nothing turns the case."""
+        """Return 0: a case at rest along the apparent vertical is in equilibrium."""
         del roll_rate
         return 0.0
 
     def state(self) -> State:
-        """Return the running state of the driver, X and Y of all planes among it."""
+        """Return the driver's running state, with X and Y of all planes."""
         return state_of(self._state)
 
     def restore(self, state: State) -> None:
@@ -459,12 +463,15 @@ class SteppedSwing:
 
 
 class AxleSwing(SteppedSwing):
-    """Propagator of the case under the full equations.
+    """Propagator of the case by the full equations.
 
-    e is the support's radius less the axle's, c the depth of the centre of gravity below the
-    axle's centre and k the radius of gyration, all > 0 [m]. `gravity` sets the rotating frame
-    [m/s2], while the acting force is g + z̈ of the pieces. `step_s`, the length of the parts to
-    come, decides the number of stages; 0 where it is not known.
+    Args:
+        e: radius of the support minus radius of the axle [m], > 0.
+        c: depth of the centre of gravity below the axle's centre [m], > 0.
+        k: radius of gyration [m], > 0.
+        gravity: g of the rotating frame [m/s2]. The acting force is g + z̈ of the pieces.
+        tolerance: tolerance of a step, relative to the state.
+        step_s: length of the coming parts [s], which decides the stages, or 0 if unknown.
     """
 
     def __init__(
@@ -486,7 +493,7 @@ class AxleSwing(SteppedSwing):
     def release(
         self, sway: float, lift: float, roll: float = 0.0, roll_rate: float = 0.0
     ) -> float:
-        """Start at rest along the apparent vertical; return its direction [rad]."""
+        """Start at rest along the apparent vertical and return its direction [rad]."""
         del roll, roll_rate  # without friction they do not matter
         tilt = math.atan2(-sway, lift)
         self._state = np.zeros((), state_type(PLANES))
@@ -494,20 +501,20 @@ class AxleSwing(SteppedSwing):
         return tilt
 
     def advance(self, bearing: BearingMotion) -> CaseMotion:
-        """Return the motion at the ends of the parts; raises the errors of `_rows`."""
+        """Return the motion at the ends of the parts, with the errors of `_rows`."""
         rows, ends = self._rows(bearing), bearing.at_ends()
         names = 'angle', 'coordinate', 'rate', 'speed'
         return CaseMotion(*map(np.ascontiguousarray, map(rows.__getitem__, names)), *ends)
 
 
 # -----------------------------------------------------------------------------
-# The suspended case at small angles: both normal modes, by the exact steps of `linear`.
+# Small angles: both normal modes, by the exact steps of `linear`.
 #
 #     (suspension.1)  e θ̈ + c φ̈ + g θ = −ÿ,    k² φ̈ + g c (φ − θ) = 0
 #
 # With θ = c (q + q′) and φ = Bq + B′q′ (`axle_pendulum`) each mode is an independent oscillator,
-# q̈ + ω²q = −ÿ/(ec + B²) with ω² = g/h, so that z = q̇ + iωq obeys ż = iωz − ÿ/(ec + B²). The
-# same holds of q′ with B′ and h′.
+# q̈ + ω²q = −ÿ/(ec + B²) with ω² = g/h. Then z = q̇ + iωq obeys ż = iωz − ÿ/(ec + B²). For q′
+# replace B and h by B′ and h′.
 
 
 class _Mode(NamedTuple):
@@ -523,18 +530,18 @@ class _Mode(NamedTuple):
 
 
 AT_END = 4
-"""Column of x^j at the end of a part, after the real and imaginary parts of b of both modes."""
+"""Column of x^j at a part's end, after the real and imaginary parts of b of both modes."""
 
 STRIP = 32
-"""Pieces whose cosines and sines are computed together and stay in the first cache."""
+"""Number of pieces per batch of cosines and sines, chosen to fit the first-level cache."""
 
 
 class _Parts(NamedTuple):
-    """The data of the parts of pieces, known before the bearing moves.
+    """Data of the parts that do not depend on the bearing's motion.
 
     Attributes:
         first_row: index in `rows` of the first part of each piece, (n,).
-        after_ns: when a part ends, from the beginning of its piece [ns].
+        after_ns: end of each part, from the beginning of its piece [ns].
         rows: factors of the coefficients in b of both modes and in the value at the end.
     """
 
@@ -560,7 +567,7 @@ def _move_modes(
 ) -> None:
     """Move both modes over all parts, and fill in the motion at their ends.
 
-    The bits of a part do not depend on how many pieces are moved together.
+    The size of a batch does not change the bits of a part.
     """
     most_parts = 0
     for p in range(len(parts)):
@@ -621,7 +628,7 @@ def add_up(
 
 
 class AxleModes(Stateful):
-    """The case as a sum of two modes; e, c, k [m] and g [m/s2] as in `AxleSwing`."""
+    """The case as a sum of two modes, with e, c, k [m] and g [m/s2] as in `AxleSwing`."""
 
     state_names = ('swings',)
 
@@ -631,7 +638,7 @@ class AxleModes(Stateful):
             context.prec = PHASE_DIGITS
             lengths = exact_lengths(Decimal(e), Decimal(c), Decimal(k) ** 2)
             slow, fast = ((Decimal(gravity) / length).sqrt() for length in lengths)
-        # ec = −BB′, so that ec + B² = B (B − B′)
+        # ec = −BB′, hence ec + B² = B (B − B′)
         difference = self._mode_shapes.B - self._mode_shapes.B_prime
         self._modes = (
             _Mode(oscillator(slow), 1.0 / (self._mode_shapes.B * difference)),
@@ -643,7 +650,7 @@ class AxleModes(Stateful):
     def release(
         self, sway: float, lift: float, roll: float = 0.0, roll_rate: float = 0.0
     ) -> float:
-        """Start at rest with θ = φ = −ÿ/g [rad], and return that; nothing else matters."""
+        """Start at rest with θ = φ = −ÿ/g and return it [rad]. The other arguments are unused."""
         del lift, roll, roll_rate
         tilt = -sway / self._gravity
         self._swings = [np.zeros((), STATE) for _ in self._modes]
@@ -653,7 +660,7 @@ class AxleModes(Stateful):
         return tilt
 
     def advance(self, bearing: BearingMotion) -> CaseMotion:
-        """Return the motion at the ends of the parts; the lift does not matter."""
+        """Return the motion at the ends of the parts. The lift has no effect at small angles."""
         kind, kinds = unique_rows(bearing.length_ns, bearing.parts)
         shapes: list[SpanShape] = []
         first_rows: list[int] = []
@@ -678,29 +685,29 @@ class AxleModes(Stateful):
         return motion
 
     def bend_at_rest(self, roll_rate: float) -> float:
-        """Return 0: at rest along the apparent vertical nothing turns the case."""
+        """Return 0: a case at rest along the apparent vertical is in equilibrium."""
         del roll_rate
         return 0.0
 
 
 # -----------------------------------------------------------------------------
-# The case in gimbals: a pendulum on pivots that are fixed in the ship and rub against her.
+# The case in gimbals: a pendulum on pivots that are fixed in the ship and rub on it.
 #
-# With φ the tilt of the case, ρ the roll of the ship, and all torques over the case's moment of
-# inertia about its pivots, M (k² + l²),
+# φ is the tilt of the case and ρ the roll of the ship. The torques are divided by the moment of
+# inertia about the pivots, M (k² + l²):
 #
 #     φ̈ = −p ((g + z̈) sin φ + ÿ cos φ) − 2ζω_c (φ̇ − ρ̇) − f sgn (φ̇ − ρ̇),    p = l/(k² + l²)
 #
-# (suspension.2). In the ship the case has the angle φ − ρ, as a wheel has θ in its case,
-# so that the driver finds the turning points of that angle, where the friction f turns round, and
-# moves the case with the ship while friction holds it. The neutral line is the vertical: τ = −ρ.
+# (suspension.2). The case's angle in the ship, φ − ρ, plays the part of a wheel's θ in its case.
+# The driver finds the turning points of φ − ρ, at which the friction f reverses, and moves the
+# case with the ship while friction holds it. The neutral line is the vertical: τ = −ρ.
 
 GIMBALS_NODES = 'sway', 'lift', 'roll_rate'
-"""Rows of ÿ, g + z̈ and ρ̇ at the nodes."""
+"""Rows of the nodes: ÿ, g + z̈ and ρ̇."""
 
 
 class GimbalsNodes(Protocol):
-    """The rows GIMBALS_NODES; the last one is set where the pivots rub."""
+    """Types of the rows GIMBALS_NODES. `roll_rate` is filled if the pivots rub."""
 
     sway: FloatArray
     lift: FloatArray
@@ -708,12 +715,12 @@ class GimbalsNodes(Protocol):
 
 
 class GimbalsLaw(NamedTuple):
-    """The torques on a case in gimbals, over its moment of inertia.
+    """Torques on a case in gimbals, over its moment of inertia.
 
     Attributes:
         pull: p = l/(k² + l²) [1/m].
-        damping: 2ζω_c [1/s], or None.
-        friction: f [rad/s2], or None.
+        damping: 2ζω_c [1/s], or `None`.
+        friction: f [rad/s2], or `None`.
     """
 
     pull: float
@@ -725,14 +732,14 @@ class GimbalsLaw(NamedTuple):
 def gimbals_bend(
     law: GimbalsLaw, phi: Numeric, sliding: Numeric, direction: float, sway: Numeric, lift: Numeric
 ) -> Numeric:
-    """Return φ̈ of a tilt φ, from φ̇ − ρ̇ (`sliding`) and its sign, ÿ and g + z̈."""
+    """Return φ̈ at φ, from φ̇ − ρ̇ (`sliding`) and its sign, ÿ and g + z̈."""
     sine, versine = sine_versine(phi)
     turned = law.pull * fma(lift, sine, sway * (1.0 - versine))
     return -(turned + term(law.damping, sliding) + term(law.friction, direction))
 
 
 class _GimbalsNumbers(NamedTuple):
-    """The torques on the case, and ω_c of its small swings [rad/s]."""
+    """Torques on the case, and ω_c of small oscillations [rad/s]."""
 
     law: GimbalsLaw
     omega: float
@@ -743,12 +750,12 @@ class GimbalsCase(_GimbalsNumbers, System):
 
     @property
     def pace(self) -> float:
-        """Frequency of small swings [rad/s]."""
+        """Frequency of small oscillations [rad/s]."""
         return self.omega
 
     @property
     def drag_has_kink(self) -> bool:
-        """Whether friction turns round with the sliding."""
+        """Whether friction reverses with the sliding."""
         return self.law.friction is not None
 
     @property
@@ -758,7 +765,7 @@ class GimbalsCase(_GimbalsNumbers, System):
 
     @property
     def has_weight(self) -> bool:
-        """Return False: no thread can go slack."""
+        """Return False: there is no thread."""
         return False
 
     def at_nodes(self, place: StepPlace, work: Work) -> None:
@@ -769,7 +776,7 @@ class GimbalsCase(_GimbalsNumbers, System):
         store(nodes.roll_rate, 0, -column_at(TILT_RATE, place.terms, x, work))
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
-        """Fill the disturbance of the plane; d1 stays zero."""
+        """Fill d2. d1 stays zero."""
         nodes: GimbalsNodes = work.nodes
         phi, rate = row_of(work.x), omega[0] * row_of(work.y)
         sliding = rate - row_of(nodes.roll_rate)
@@ -785,7 +792,7 @@ class GimbalsCase(_GimbalsNumbers, System):
         return Exits(edge, NOWHERE, edge > 1.0, OVER)
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Inputs) -> Instant:
-        """Return the case at an instant; its angle is that in the ship, φ − ρ."""
+        """Return the case at an instant. `angle` is φ − ρ, its angle in the ship."""
         phi, rate = planes[0].x, omega[0] * planes[0].y
         sliding = rate + at.tilt.rate
         bend = gimbals_bend(self.law, phi, sliding, mode.direction, at.drive.value, at.gravity)
@@ -806,22 +813,23 @@ class GimbalsCase(_GimbalsNumbers, System):
         return (Plane(now.speed, now.acceleration),)
 
     def set_off(self, omega: Omega, angle: float, at: Inputs, state: RunningState) -> None:
-        """Put the case at φ − ρ = angle, at rest in the ship: held, or about to slide."""
+        """Put the case at φ − ρ = angle, at rest in the ship: held, or starting to slide."""
         self.rest_at(omega, angle, at, state)
         needed = holding(self.law, angle, at)
         state.held = abs(needed) <= term(self.law.friction, 1.0)
         if state.held:
             state.held_angle = angle
         elif needed != 0.0:
-            # without the friction that would hold it, the case slides the other way
+            # friction would have to act this way to hold the case, which therefore slides the
+            # other way
             state.direction = -1 if needed > 0.0 else 1
 
     def move_with_case(self, run: SteppedRun, place: StepPlace) -> float:
-        """Move the held case with the ship; return the fraction at which it breaks loose, or 1."""
+        """Move the held case with the ship until it breaks loose, and return the fraction."""
         return ride_held(self, run, place, 2 * width(run.work.fractions))
 
     def breaks_loose(self, mode: Mode, angle: float, at: Inputs) -> bool:
-        """Return whether the case needs more friction than there is to rest at φ − ρ = angle."""
+        """Return whether holding φ − ρ = angle takes more friction than there is."""
         return abs(holding(self.law, angle, at)) > term(self.law.friction, 1.0)
 
     def rest_at(self, omega: Omega, angle: float, at: Inputs, state: RunningState) -> None:
@@ -835,7 +843,7 @@ class GimbalsCase(_GimbalsNumbers, System):
 def holding(law: GimbalsLaw, angle: float, at: Inputs) -> float:
     """Return the friction, over the moment of inertia, that holds φ = angle + ρ.
 
-    There φ̈ = ρ̈, and the damping does nothing.
+    The held case has φ̈ = ρ̈ and φ̇ = ρ̇, hence no damping.
     """
     phi = angle - at.tilt.value
     turned = law.pull * (at.gravity * math.sin(phi) + at.drive.value * math.cos(phi))
@@ -850,7 +858,7 @@ class GimbalsSwing(SteppedSwing):
         gravity: g at the start, which sets the rotating frame [m/s2].
         damping: 2ζω_c [1/s], ≥ 0.
         friction: f [rad/s2], ≥ 0.
-        tolerance: of a step, relative to the state.
+        tolerance: tolerance of a step, relative to the state.
     """
 
     def __init__(
@@ -869,7 +877,7 @@ class GimbalsSwing(SteppedSwing):
     def release(
         self, sway: float, lift: float, roll: float = 0.0, roll_rate: float = 0.0
     ) -> float:
-        """Start at rest along the apparent vertical, while the ship may roll."""
+        """Start at rest along the apparent vertical in a ship that may be rolling."""
         tilt = math.atan2(-sway, lift)
         state = self._state = np.zeros((), state_type(1))
         state['planes']['x'] = tilt
@@ -887,7 +895,7 @@ class GimbalsSwing(SteppedSwing):
     def advance(self, bearing: BearingMotion) -> CaseMotion:
         """Return the motion at the ends of the parts.
 
-        Raises a PropagationError if the case turns over, or no step converges.
+        Raises a PropagationError if the case turns over, or a step does not converge.
         """
         rows, (sway, lift) = self._rows(bearing), bearing.at_ends()
         names = 'coordinate', 'speed', 'acceleration'

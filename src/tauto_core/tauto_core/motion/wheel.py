@@ -87,19 +87,19 @@ from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import CamRangeError
 
 # -----------------------------------------------------------------------------
-# The forcing of the wheel at the nodes of a step.
+# Forcing of the wheel at the nodes of a step.
 
 WHEEL_NODES = 'line_rate', 'line_bend', 'tilt_rate', 'gravity', 'lean'
-"""Rows of γ̇, γ̈, τ̇, g_eff and β − γ at the nodes."""
+"""Rows of the nodes: γ̇, γ̈, τ̇, g_eff and β − γ."""
 
 HOT_NODES = *WHEEL_NODES, *HeatTerms._fields
-"""The rows where heat changes the wheel."""
+"""Rows of the nodes if temperature changes the wheel."""
 
 
 class InputChannels(NamedTuple):
-    """Which channels of the ship's motion act: True, or None, which is known when compiling.
+    """The channels of the ship's motion that act: True or `None`, a constant when compiling.
 
-    `heat` says whether the numbers of the wheel are to be taken from the forcing.
+    With `heat`, the forcing holds the wheel's parameters.
     """
 
     line: bool | None
@@ -111,7 +111,7 @@ class InputChannels(NamedTuple):
 
 @compiled
 def fill_nodes(channels: InputChannels, drag: bool, place: StepPlace, work: Work) -> None:
-    """Fill the rows of the channels there are; τ̇ only for drag."""
+    """Fill the rows of the channels that act, τ̇ for drag only."""
     x, terms, nodes = nodes_of(place, work), place.terms, work.nodes
     if channels.line is not None:
         rate, bend = columns(DRIVE_RATE, terms, x, work)
@@ -129,7 +129,7 @@ def fill_nodes(channels: InputChannels, drag: bool, place: StepPlace, work: Work
 
 @inlined
 def wheel_at_nodes(wheel: Wheel, work: Work) -> Wheel:
-    """Return the wheel with its numbers at the nodes of a step; as it is without heat."""
+    """Return the wheel with its parameters at the nodes, unchanged if heat does not act."""
     if wheel.channels.heat is None:
         return wheel
     return _with_numbers(wheel, hot_at_nodes(work))
@@ -137,7 +137,7 @@ def wheel_at_nodes(wheel: Wheel, work: Work) -> Wheel:
 
 @inlined
 def wheel_now(wheel: Wheel, at: Inputs) -> Wheel:
-    """Return the wheel with its numbers at an instant; as it is without heat."""
+    """Return the wheel with its parameters at an instant, unchanged if heat does not act."""
     if wheel.channels.heat is None or at.hot is None:
         return wheel
     return _with_numbers(wheel, at.hot)
@@ -160,7 +160,7 @@ def _with_numbers(wheel: Wheel, hot: HeatTerms) -> Wheel:
 
 @inlined
 def row_or_zero(channel: bool | None, row: FloatArray) -> Lanes:
-    """Return a row of the nodes; 0 where its channel is absent."""
+    """Return a row of the nodes, or 0 if its channel is absent."""
     return 0.0 if channel is None else row_of(row)
 
 
@@ -168,19 +168,19 @@ def row_or_zero(channel: bool | None, row: FloatArray) -> Lanes:
 # Whether a step of the wheel leaves the range of the cam, or the thread goes slack.
 
 SURELY_WITHIN = 0.97
-"""Share of the range within which all nodes must lie if the step surely lies within it."""
+"""A step surely stays in the range if all its nodes stay within this share of it."""
 
 ALL_AGAINST = Mode(1.0, 1.0, 1.0)
-"""The mode in which, for a positive rate, drag and recoil add up."""
+"""The mode in which drag and recoil add up for a positive rate."""
 
 
 @compiled
 def surely_within(wheel: Wheel, mode: Mode, omega: Omega, work: Work) -> bool:
-    """Return whether rough bounds show that no node is past the edge, and the thread taut.
+    """Return whether rough bounds prove that no node leaves the range and the thread is taut.
 
-    M · tension = pull + μt′ϑ̇² − μt(γ̈ + resistance), M = 1 + μt²: it is positive where pull
-    exceeds the largest μ|t|·(|γ̈| + resistance) and, where the lever arm shortens, μ|t′|ϑ̇². |ϑ| is
-    at most the largest |x|, and |θ̇| at most that of ωY, γ̇ and τ̇ together, in either coordinate.
+    With M = 1 + μt², M · tension = pull + μt′ϑ̇² − μt(γ̈ + resistance). It is positive if pull
+    exceeds the largest μ|t|·(|γ̈| + resistance), plus μ|t′|ϑ̇² for a shortening lever arm. In
+    either coordinate |ϑ| ≤ max |x|, and |θ̇| ≤ |ωY| + |γ̇| + |τ̇|.
     """
     per_inertia, channels, x = wheel.per_inertia, wheel.channels, row_of(work.x)
     zeros = 0.0 * x
@@ -209,7 +209,7 @@ def surely_within(wheel: Wheel, mode: Mode, omega: Omega, work: Work) -> bool:
 
 @compiled
 def exits(cold: Wheel, mode: Mode, omega: Omega, work: Work) -> Exits:
-    """Return whether the step leaves the range: by rough bounds if they are enough."""
+    """Return whether the step leaves the range, by rough bounds if they suffice."""
     edge, slack, is_near = NOWHERE, NOWHERE, False
     wheel = wheel_at_nodes(cold, work)
     reach = largest(row_of(work.x))
@@ -230,7 +230,7 @@ def exits(cold: Wheel, mode: Mode, omega: Omega, work: Work) -> Exits:
         gravity = row_or_zero(channels.gravity, nodes.gravity)
         aside = unbalanced(wheel.per_inertia, q - row_or_zero(channels.lean, nodes.lean), gravity)
         _, tension = _pushed(wheel.per_inertia, arm, mode, speed, rate, line_bend, gravity, aside)
-        # adding 0·q makes lanes of a tension that is one number for all nodes
+        # 0·q gives the tension one lane per node even if it is a constant
         tension = 0.0 * q + tension
         slack, is_near = first_below(tension, work), near_zero(tension)
     return Exits(edge, slack, is_within, reach, is_near)
@@ -239,28 +239,26 @@ def exits(cold: Wheel, mode: Mode, omega: Omega, work: Work) -> Exits:
 # -----------------------------------------------------------------------------
 # The wheel as a system of one rotating plane: X is the coordinate of `wells`, ωY its momentum.
 #
-# The coordinate is the angle ϑ, or the arc s where the lever arm is linear and a weight moves
-# with the thread.
+# The coordinate is the angle ϑ, or the arc s for a linear lever arm with a weight on the thread.
 #
-# `_pushed` is the equation of motion solved for ϑ̈ and the tension, at the nodes of a step and at
-# an instant alike. Its terms (`pull_of`, `resistance`, `ride`) are put together in another way
-# where the rounding matters: `Wheel.disturb` writes them as the small disturbance of an
-# oscillator, in which nothing cancels; `Wheel.drift` as the rate of the momentum, which needs no
-# γ̈; `holding_torque` for a wheel at rest in the case. `test_kernels_wheel_equations` holds all of
-# them, and the trial steps of `stepping`, to the printed equation.
+# `_pushed` is the equation of motion solved for ϑ̈ and the tension, at nodes and instants alike.
+# Three methods arrange its terms differently to limit rounding. `Wheel.disturb` writes the small
+# disturbance of an oscillator, without cancellation. `Wheel.drift` gives the rate of the momentum,
+# without γ̈. `holding_torque` is for a wheel at rest in the case. `test_kernels_wheel_equations`
+# checks them all, and the trial steps, against the printed equation.
 
 
 class Wheel(NamedTuple):
     """The wheel as `system.System`.
 
     Attributes:
-        per_inertia: the terms on it.
+        per_inertia: terms of the equation of motion, over I.
         lever: law of the lever arm.
-        shape: the functions of the arc, or None where the angle is the coordinate.
+        shape: functions of the arc, or `None` if the coordinate is the angle.
         channels: the channels of the ship's motion that act.
         impulse, pace: as in `System`.
         range: largest |ϑ| [rad].
-        gravity: the acceleration of gravity at rest [m/s2].
+        gravity: acceleration of gravity at rest [m/s2].
     """
 
     per_inertia: PerInertia
@@ -306,12 +304,12 @@ class Wheel(NamedTuple):
 
     @property
     def feels_drag(self) -> bool:
-        """Whether drag acts, so that θ̇ matters within a step and not ϑ̇ alone."""
+        """Whether drag acts: then θ̇ matters within a step."""
         return self.per_inertia.viscous is not None or self.drag_has_kink
 
     @property
     def feels_tilt(self) -> bool:
-        """Whether θ or θ̇ matter within a span."""
+        """Whether θ or θ̇ matters within a span."""
         return self.feels_drag or self.feels_impulse
 
     def at_nodes(self, place: StepPlace, work: Work) -> None:
@@ -341,7 +339,7 @@ class Wheel(NamedTuple):
                 pushed = pushed - unbalanced(per_inertia, x - lean, gravity)
             store(work.d1, 0, speed - w)
         else:
-            # d₁ = ṡ − p = −γ̇n and d₂ = (ṗ + ω²s)/ω where, with nt = s(b − deficit),
+            # d₁ = ṡ − p = −γ̇n and d₂ = (ṗ + ω²s)/ω. With nt = s(b − deficit),
             # ṗ + ω²s = s (ω² − b·pull + pull·deficit + ṡγ̇ (dn/ds)/s) − n·resistance
             n, n_slope, lever_deficit, _ = on_arc(self.shape, x)
             arc_speed = fma(-line_rate, n, w)
@@ -370,14 +368,12 @@ class Wheel(NamedTuple):
     def clear_square(
         self, omega: Omega, pieces: ForcingPieces, k: int, besides: float = 0.0
     ) -> float:
-        """Return the x² + y² above which the swing is surely clear of the tilt, over a piece.
+        """Return the bound over piece k: with x² + y² above it, the swing is clear of the tilt.
 
-        With an angle `besides`, it is clear of θ = ± that angle, too.
-
-        θ = ϑ + τ may pass zero only while |ϑ| is at most the bound T of |τ|. If the momentum is so
-        large there that ϑ̇ and θ̇ keep its sign, both angles pass zero once each, the same way.
-        With M = (I + mt²)/I at ϑ = T, x² ≤ MT² there (the arc is at most √M times the angle), and
-        |y| > (M|τ̇| + |γ̇|)/ω suffices.
+        It is also clear of θ = ± `besides`. θ = ϑ + τ can pass zero only while |ϑ| ≤ T, the bound
+        of |τ|. If the momentum at that point is so large that ϑ̇ and θ̇ keep its sign, each angle
+        passes zero once, the same way. With M = (I + mt²)/I at ϑ = T, x² ≤ MT² there (the arc is
+        at most √M times the angle), and |y| > (M|τ̇| + |γ̇|)/ω suffices.
         """
         per = 1.0 / (pieces.length_s[k] * omega[0])
         reach, reach_rate = bounds_of(pieces.tilt, k, per)
@@ -388,7 +384,7 @@ class Wheel(NamedTuple):
         return CLEAR * (mass * reach * reach + momentum * momentum)
 
     def clear(self, square: float, omega: Omega, work: Work) -> bool:
-        """Return whether x² + y² exceeds that at all nodes."""
+        """Return whether x² + y² exceeds the bound at all nodes."""
         x, y = row_of(work.x), row_of(work.y)
         return lowest(x * x + y * y) > square
 
@@ -397,7 +393,7 @@ class Wheel(NamedTuple):
         wheel, tilt, w = wheel_now(self, at), at.tilt, omega[0] * planes[0].y
         q, speed = angle_and_speed(wheel, planes[0].x, w, at.drive.rate, mode.side)
         rate, arm = speed + tilt.rate, lever_arm(self.lever, mode.side, q)
-        # İψ̇ is left out of ϑ̈, from which no motion is computed: a part of 1e-8 or less
+        # İψ̇ is left out of ϑ̈, which no motion is computed from: at most 1e-8 of it
         acceleration, tension = _pushed(
             wheel.per_inertia,
             arm,
@@ -443,21 +439,20 @@ class Wheel(NamedTuple):
         return angle_at(self, planes[0].x) + at.tilt.value
 
     def set_off(self, omega: Omega, angle: float, at: Inputs, state: RunningState) -> None:
-        """Put the wheel at rest at θ = angle, held by friction or about to go."""
+        """Put the wheel at rest at θ = angle, held by friction or about to move."""
         set_off_or_hold(wheel_now(self, at), omega, angle, at, state)
 
     def move_with_case(self, run: SteppedRun, place: StepPlace) -> float:
-        """Move the held wheel with the case; return the fraction at which it breaks loose, or 1.
+        """Move the held wheel with the case until it breaks loose, and return the fraction.
 
-        The torque is looked at twice as often as a step has nodes, or at the end alone where it is
-        constant.
+        The torque is checked twice per node, or at the end alone if it is constant.
         """
         channels = self.channels
         steady = channels.line is None and channels.gravity is None and channels.heat is None
         return ride_held(self, run, place, 1 if steady else 2 * width(run.work.fractions))
 
     def breaks_loose(self, mode: Mode, angle: float, at: Inputs) -> bool:
-        """Return whether the wheel needs more than c₀ to rest at θ = angle."""
+        """Return whether holding the wheel at θ = angle takes more than c₀."""
         now = wheel_now(self, at)
         return abs(holding_torque(now, mode, angle, at)) > term(now.per_inertia.coulomb, 1.0)
 
@@ -466,9 +461,9 @@ class Wheel(NamedTuple):
         _place_at_rest(wheel_now(self, at), omega, angle, at, state)
 
     def leaves_kink(self, mode: Mode, omega: Omega, planes: Planes, work: Work) -> bool:
-        """Return whether the momentum at the beginning exceeds |γ̇| throughout, away from the kink.
+        """Return whether |momentum| at the beginning exceeds |γ̇| throughout, away from the kink.
 
-        Then ϑ̇ points away from the kink at the beginning, and passes zero once in a step at most.
+        Then ϑ̇ points away from the kink at first, and passes zero at most once in a step.
         """
         line_rate = row_or_zero(self.channels.line, work.nodes.line_rate)
         fastest = largest(0.0 * row_of(work.x) + line_rate)
@@ -477,7 +472,7 @@ class Wheel(NamedTuple):
     def strike(
         self, mode: Mode, omega: Omega, at: Inputs, now: Instant, state: RunningState
     ) -> None:
-        """Let an impulse change the momentum."""
+        """Change the momentum by an impulse."""
         wheel, q = wheel_now(self, at), now.coordinate
         per_inertia = wheel.per_inertia
         if per_inertia.impulse is None:
@@ -493,11 +488,11 @@ class Wheel(NamedTuple):
     def ahead_s(
         self, omega: Omega, length: float, terms: int, x: float, state: RunningState, work: Work
     ) -> float:
-        """Return the time to a little after the next expected impulse or kink [s], or inf.
+        """Return the time to just after the next expected impulse or kink [s], or inf.
 
-        ϑ is taken to swing on harmonically while γ̇ stays as it is. The impulse is due at
-        θ = angle: τ is first taken from now, then from the time found with that. The frequency is
-        ω√(g_eff/g), with the mean of g_eff between both times.
+        ϑ is extrapolated as a harmonic swing at constant γ̇. The impulse is due at θ = angle,
+        first with τ of now, then with τ at the time so found. The frequency is ω√(g_eff/g), with
+        the mean of g_eff between both times.
         """
         ahead, pace = math.inf, omega[0]
         if not (self.drag_has_kink or self.feels_impulse or self.kinked) or state.held:
@@ -507,7 +502,7 @@ class Wheel(NamedTuple):
         plane = state.planes[0]
         q, y = angle_at(self, plane.x), plane.y - line.rate / omega[0]
         if self.feels_impulse:
-            # without an impulse due, the next one comes after the turning point
+            # if no impulse is due, the next one comes after the turning point
             way = float(state.direction if state.armed else -state.direction)
             ahead = phase_to(way, q, y, self.impulse - way * tilt.value)
             if ahead < math.inf:
@@ -534,8 +529,8 @@ def _pushed(
 ) -> tuple[Numeric, Numeric]:
     """Return ϑ̈ and the tension over I, from ϑ̇ (`speed`), θ̇ (`rate`), γ̈, g_eff, the imbalance.
 
-    (1 + μt²) ϑ̈ = −γ̈ − resistance − pull · t − aside − μtt′ϑ̇²; the tension is F + m d²h/dt², with
-    d²h/dt² = t′ϑ̇² + tϑ̈.
+    (1 + μt²) ϑ̈ = −γ̈ − resistance − pull · t − aside − μtt′ϑ̇². The tension is F + m d²h/dt²,
+    with d²h/dt² = t′ϑ̇² + tϑ̈.
     """
     t, t_prime, lift = arm
     mu, pull = per_inertia.carried, pull_of(per_inertia, lift, gravity)
@@ -579,8 +574,8 @@ def coordinate_and_momentum(
 def holding_torque(wheel: Wheel, mode: Mode, angle: float, at: Inputs) -> float:
     """Return the torque over I that keeps the wheel at θ = angle in the moving case.
 
-    There ϑ̇ = −τ̇ and ϑ̈ = −τ̈: with ψ̈ = α̈ = γ̈ − τ̈ of the wheel and the acceleration
-    t′τ̇² − tτ̈ of the mass on the thread, the torque is ψ̈ + μt(t′τ̇² − tτ̈) + pull · t + R s/I.
+    The held wheel has ϑ̇ = −τ̇, ϑ̈ = −τ̈ and ψ̈ = α̈ = γ̈ − τ̈. The mass on the thread accelerates
+    by t′τ̇² − tτ̈. The torque is ψ̈ + μt(t′τ̇² − tτ̈) + pull · t + R s/I.
     """
     per_inertia, tilt = wheel.per_inertia, at.tilt
     t, t_prime, lift = lever_arm(wheel.lever, mode.side, angle - tilt.value)
@@ -591,7 +586,7 @@ def holding_torque(wheel: Wheel, mode: Mode, angle: float, at: Inputs) -> float:
 
 
 class WithWheel:
-    """The part of a system that describes its wheel."""
+    """Base of systems that have a wheel, as `System`."""
 
     wheel: Wheel
 
@@ -622,14 +617,14 @@ class WithWheel:
 
 
 # -----------------------------------------------------------------------------
-# Coulomb's friction at rest: the wheel is held in its case while it needs no more than c₀.
+# Coulomb's friction at rest: the wheel is held in its case by a torque of at most c₀.
 
 
 @compiled
 def set_off_or_hold(
     wheel: Wheel, omega: Omega, angle: float, at: Inputs, state: RunningState
 ) -> None:
-    """Set the state at θ = angle, θ̇ = 0: held if the torque allows, or the way it sets off."""
+    """Set the state at θ = angle, θ̇ = 0: held, or the direction in which it moves off."""
     coulomb = wheel.per_inertia.coulomb
     q = angle - at.tilt.value
     state.side = 1 if q > 0.0 or (q == 0.0 and state.side > 0) else -1
@@ -656,17 +651,17 @@ def _place_at_rest(
 
 
 # -----------------------------------------------------------------------------
-# The reference frequency of the rotating frame, and the longest step that meets a tolerance.
+# Reference frequency of the rotating frame, and the longest step that meets a tolerance.
 
 LONGEST_ANGLE = {SIZE: 3.05, WIDE_SIZE: 6.1}
 """Longest step by its number of stages, as the angle ωh [rad].
 
-`events.SPARE` may make it longer by a twentieth: with eight stages it then spans half a swing and
-`events.OVERSHOOT`, with sixteen it stays within `gauss_step.MAX_ANGLE`.
+`events.SPARE` may lengthen it by a twentieth. Eight stages then span half a swing and
+`events.OVERSHOOT`. Sixteen stay within `gauss_step.MAX_ANGLE`.
 """
 
 WIDE_ERROR_OF_LAST, WIDE_ERROR_OF_GROWTH = 0.003, 0.05
-"""The same for sixteen stages, and its increase with the growth of the inertia, k²ϑ²."""
+"""`stepping.ERROR_OF_LAST` for sixteen stages, and its growth with k²ϑ², the inertia's growth."""
 
 MOST_DISTURBED = 1.0
 """Growth of the inertia k²ϑ², or damping c₁/(Iω), up to which sixteen stages pay."""
@@ -679,9 +674,9 @@ _PHASES = 12
 
 
 def reference_frequency(machine: Machine) -> float:
-    """Return the frequency of the rotating frame [rad/s]: that of the released swing, if any.
+    """Return the frequency of the rotating frame [rad/s]: the released swing's, if there is one.
 
-    Any frequency would do; with this one the disturbance has no mean, and is smallest.
+    Any frequency would do. With this one the disturbance has no mean and is smallest.
     """
     try:
         return math.tau / machine.period(machine.release_angle)
@@ -690,10 +685,10 @@ def reference_frequency(machine: Machine) -> float:
 
 
 def stages_of(machine: Machine, shape: ArcShape | None) -> int:
-    """Return how many stages a step has: sixteen where little disturbs the swing, else eight.
+    """Return the number of stages: sixteen for a weakly disturbed swing, else eight.
 
-    Steps end at a kink and at the joints of a spline, and are short where the well is strongly
-    anharmonic or damped: longer ones would be of no use there.
+    Steps end at a kink and at the joints of a spline, and are short in a strongly anharmonic or
+    damped well. Sixteen stages would not lengthen them.
     """
     drag = machine.drag
     abrupt = drag is not None and not drag.is_linear
@@ -707,9 +702,9 @@ def stages_of(machine: Machine, shape: ArcShape | None) -> int:
 
 
 def lasting_shape(machine: Machine) -> ArcShape | None:
-    """Return the functions of the arc, or None where the angle is the coordinate.
+    """Return the functions of the arc, or `None` if the coordinate is the angle.
 
-    The arc is one that does not change with time only where M(ϑ)/I does not.
+    The arc needs an M(ϑ)/I that does not change with time.
     """
     lasts = not machine.heat.acts or machine.heat.keeps_shape
     return arc_shape(machine) if lasts else None
@@ -723,8 +718,8 @@ def _inertia_growth(machine: Machine, shape: ArcShape | None) -> float:
 def error_factor(machine: Machine, shape: ArcShape | None, stages: int | None = None) -> float:
     """Return the error of a step over the square of its last coefficient.
 
-    0 for a cam with joints, where derivatives of the law jump: there the square does not hold, and
-    the error is the coefficient itself. The stages are those of `stages_of` when left out.
+    0 for a cam with joints: derivatives of its law jump, and the error is the coefficient itself.
+    `stages` is `stages_of` by default.
     """
     if machine.cam.joints.size:
         return 0.0
@@ -748,7 +743,7 @@ def longest_step(
 ) -> float:
     """Return the longest step [s] whose error on land is within the tolerance, at any phase.
 
-    The disturbance is taken along the undisturbed motion at the release amplitude.
+    The disturbance is evaluated along the undisturbed motion at the release amplitude.
     """
     amplitude = machine.release_angle
     if shape is not None:
@@ -757,12 +752,12 @@ def longest_step(
     # an impulse may come every half swing
     longest_angle = LONGEST_ANGLE[stages if machine.escapement is None else SIZE]
     constants, angles = gauss_constants(stages), [longest_angle]
-    while angles[-1] > MIN_ANGLE:  # so that the longest step is found to 3 %
+    while angles[-1] > MIN_ANGLE:  # finds the longest step to 3 %
         angles.append(0.97 * angles[-1])
 
     def is_within(angle: float) -> bool:
         # the largest last Legendre coefficient of steps of ωh = angle, relative to the state, at
-        # all phases but those over a kink
+        # all phases except those over a kink
         tail_size = 0.0
         if amplitude != 0.0:
             phase = (np.arange(_PHASES) * (math.tau / _PHASES))[:, None]
@@ -779,17 +774,17 @@ def longest_step(
             tail_size = angle / omega * float(max(tails)) / abs(amplitude)
         return step_error(factor, tail_size, False) <= TOLERANCE_SHARE * tolerance
 
-    # the coefficient falls with the length of the step; the shortest step is always taken
+    # the coefficient falls with the length of the step. The shortest step is always taken
     return angles[bisect_left(angles, True, hi=len(angles) - 1, key=is_within)] / omega
 
 
 def disturbance_on_land(
     machine: Machine, shape: ArcShape | None, omega: float, x: FloatArray, y: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Return d₁ and d₂ of a wheel on land, as `Wheel.disturb` does, at any number of x and y.
+    """Return d₁ and d₂ of a wheel on land, as `Wheel.disturb` does, for arrays x and y.
 
-    In NumPy, for the steps of all phases at once, without compiling. Drag is taken by the momentum
-    w, which is no less than the speed, and along the arc it is left out: the error is estimated.
+    Written in NumPy, which needs no compiling. Drag uses the momentum w, which is no less than the
+    speed. Along the arc drag is left out, since the error is an estimate.
     """
     q = angles_of(x, shape.k) if shape is not None else x
     edge = machine.cam.range_rad
