@@ -1,8 +1,8 @@
-"""Kernels that are called from Python: compiled at the first call for arguments of a structure.
+"""Kernels that Python calls, compiled at the first call for each structure of arguments.
 
-LLVM's optimisation is most of the time that compiling takes, and a run of minutes never earns it
-back. So an entry is compiled without it first, and again, optimised, when it has run for a while.
-What was compiled is kept on disk.
+LLVM's optimisation takes most of the compile time, which a run of minutes does not earn back. An
+entry is first compiled without it, and optimised once it has run for a while. Compiled code is
+kept on disk.
 """
 
 from __future__ import annotations
@@ -41,18 +41,18 @@ from tauto_core.kernels.marks import (
 )
 
 # -----------------------------------------------------------------------------
-# The calling convention between Python and kernels: words of eight bytes, one for each number.
+# The calling convention between Python and kernels: words of eight bytes, one per number.
 #
-# An argument has the structure of a tree: the name of a number's kind, None, `ArrayStructure`, or
-# a `Tuple`. From it a function is made that packs arguments of this structure fast, and detects
-# any other structure. For an array the address of its object is packed; the compiled code reads
-# from there where its numbers are.
+# An argument's structure is a tree: the name of a number's kind, `None`, `ArrayStructure`, or a
+# `Tuple`. A function generated from the structure packs such arguments fast, and detects any other
+# structure. An array is packed as the address of its object, from which compiled code reads the
+# address of its numbers.
 
 ENTRY = 'entry'
 """Name of an entry in its object code."""
 
 WORD_FORMATS = {'float': 'd', 'int': 'q', 'uint64': 'Q', 'bool': 'q'}
-# classes themselves where `isinstance` would take a bool for an int; np.float64 is a float to both
+# class tests, since `isinstance` would take a bool for an int. np.float64 is a float to both
 _TESTS = {
     'float': 'not isinstance({0}, float)',
     'int': '{0}.__class__ is not int and {0}.__class__ is not int64',
@@ -63,7 +63,7 @@ _DTYPES = {name: np.dtype(name) for name in ('f8', 'i8', 'u8', 'b1')}
 
 
 def structure_of(x: Any) -> Any:
-    """Return the structure of an argument; KernelError for one that kernels do not take."""
+    """Return the structure of an argument, or raise a KernelError for an unsupported one."""
     if x is None:
         return None
     if isinstance(x, (bool, np.bool_)):
@@ -89,7 +89,7 @@ def _dtype(x: Any) -> Any:
 
 
 def plain_arguments(x: Any) -> Any:
-    """Return an argument with arrays that are just arrays, of NumPy's own objects for dtypes."""
+    """Return an argument with plain arrays, whose dtypes are NumPy's own objects."""
     if isinstance(x, tuple):
         items = [plain_arguments(item) for item in x]
         return type(x)(*items) if hasattr(x, '_fields') else tuple(items)
@@ -111,10 +111,10 @@ class _Packing:
     """The source of a function that packs arguments of one structure.
 
     Attributes:
-        lines: statements that take tuples apart, and return None for another structure.
-        words: expressions that are packed, one word each.
-        formats: how `struct` packs each of them.
-        known: the values of the names in the lines.
+        lines: statements that unpack tuples, and return `None` for another structure.
+        words: packed expressions, one word each.
+        formats: `struct` formats of the words.
+        known: values of the names in the lines.
     """
 
     def __init__(self) -> None:
@@ -129,7 +129,7 @@ class _Packing:
         }
 
     def take(self, name: str, structure: Any) -> None:
-        """Test and pack the argument of a name."""
+        """Test and pack the argument `name`."""
         if structure is None:
             self._refuse(f'{name} is not None')
         elif isinstance(structure, Tuple):
@@ -160,9 +160,9 @@ class _Packing:
 
 
 def packer(structures: list[Any], kernel: str) -> Callable[..., bytes | None]:
-    """Return a function that packs arguments, or returns None for those of another structure.
+    """Return a function that packs arguments, or returns `None` for another structure.
 
-    It has the name of the kernel, so that Python's error for a wrong number of arguments names it.
+    It bears the kernel's name, which Python's error for a wrong number of arguments shows.
     """
     packing = _Packing()
     names = [f'a{i}' for i in range(len(structures))]
@@ -183,7 +183,7 @@ def check_arrays() -> None:
     data = ctypes.c_void_p.from_address(begin + DATA).value
     shape = ctypes.POINTER(ctypes.c_ssize_t).from_address(begin + DIMENSIONS)
     flags = ctypes.c_int.from_address(begin + FLAGS).value
-    # contiguous, aligned and writeable are below 0x1000; NumPy marks arrays by higher bits, too
+    # contiguous, aligned and writeable are below 0x1000. NumPy marks arrays by higher bits, too
     if (
         data != array.ctypes.data
         or shape[:2] != [2, 3]
@@ -196,9 +196,9 @@ def check_arrays() -> None:
 
 
 def unpacker(layout: Any) -> tuple[int, Callable[[Any], Any]]:
-    """Return how many words a result takes, and a function that makes the result from them.
+    """Return the number of words of a result, and a function that makes the result from them.
 
-    A layout is the name of a number's kind, None, a list, or a dict of an array.
+    A layout is the name of a number's kind, `None`, a list, or a dict for an array.
     """
     words, formats = 0, []
     env: dict[str, Any] = {'array': _array}
@@ -229,18 +229,18 @@ _LIBC.free.restype = None
 
 
 def _array(kind: str, words: tuple[int, ...]) -> Any:
-    """Return an array that a kernel has made, and give its memory back."""
+    """Return an array that a kernel has made, and free its memory."""
     dtype = {'float': 'f8', 'int': 'i8', 'uint64': 'u8', 'bool': 'b1'}[kind]
     data, shape = words[0], words[1:]
     size = int(np.prod(shape)) * np.dtype(dtype).itemsize
     copy = np.frombuffer(bytearray(ctypes.string_at(data, size)), dtype).reshape(shape)
-    # the word before the numbers, which are aligned, is the address that malloc gave
+    # the word before the aligned numbers is the address from malloc
     _LIBC.free(ctypes.c_void_p.from_address(data - 8))
     return copy
 
 
 # -----------------------------------------------------------------------------
-# Compiled kernels on disk: in a folder that is the user's alone, each file whole or not there.
+# Compiled kernels on disk, in a private folder. Each file is complete or absent.
 
 VARIABLE = 'TAUTO_CACHE_DIR'
 _REMEDY = (
@@ -251,12 +251,12 @@ _NOT_PRIVATE = (
     'compiled kernels are neither kept in {} nor used from there: others may write there'
 )
 LARGEST_ENTRY = 2**26
-"""Most bytes of a kernel that is loaded; the largest has some hundred thousand."""
+"""Most bytes of a kernel that is loaded. The largest has some hundred thousand."""
 _warned: set[str] = set()
 
 
 def folder() -> Path:
-    """Return where compiled kernels are kept; RuntimeError if this user has no home folder."""
+    """Return the folder of compiled kernels, or raise a RuntimeError without a home folder."""
     path = os.environ.get(VARIABLE)
     if path:
         return Path(path).expanduser()
@@ -271,16 +271,16 @@ def _warn(message: str) -> None:
 
 
 def _is_private(status: os.stat_result) -> bool:
-    """Return whether only this user can write there, since the content will be run."""
+    """Return whether only this user can write there. The content will be run."""
     if not hasattr(os, 'getuid'):
         return True
     return status.st_uid == os.getuid() and not status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)
 
 
 def read(name: str) -> tuple[dict[str, Any], bytes] | None:
-    """Return the whole entry stored under a name, with its object code; None if there is none.
+    """Return the entry stored under a name, with its object code, or `None`.
 
-    One that is damaged, or that another user could have put there, is left out with a warning.
+    A damaged entry, or one that another user could have written, is skipped with a warning.
     """
     try:
         place = folder()
@@ -307,7 +307,7 @@ def read(name: str) -> tuple[dict[str, Any], bytes] | None:
 
 
 def write(name: str, header: dict[str, Any], code: bytes) -> None:
-    """Keep object code under a name; two processes at once leave the one's or the other's."""
+    """Keep object code under a name. Of two processes at once, one wins."""
     try:
         place = folder()
     except RuntimeError:
@@ -336,22 +336,22 @@ def write(name: str, header: dict[str, Any], code: bytes) -> None:
 # -----------------------------------------------------------------------------
 # The kernels that can be called.
 
-# LLVM is used by one thread at a time.
+# One thread at a time uses LLVM.
 _LOCK = threading.RLock()
 
 OPTIMISED_AFTER_S = 0.25
-"""Time that quick code of an entry runs in a process [s] until optimised code takes its place.
+"""Run time of an entry's quick code in a process [s] before optimised code replaces it.
 
-Quick code takes up to half as long again, so that no run loses more than a tenth of a second.
+Quick code takes up to half as long again: no run loses more than a tenth of a second.
 """
 
-# As many as there are `optimised` around.
+# one item for each active `optimised`
 _no_hurry: list[None] = []
 
 
 @contextmanager
 def optimised() -> Iterator[None]:
-    """Let entries that are called, or prepared, be optimised at once: where nothing may stall."""
+    """Optimise entries at their first call or preparation, for code that must not stall later."""
     _no_hurry.append(None)
     try:
         yield
@@ -366,7 +366,7 @@ def _compiler() -> dict[str, str]:
 
 
 class CompiledFunction:
-    """A kernel that can be called from Python; the interpreter's lock is free while it runs.
+    """A kernel that can be called from Python, and releases the interpreter's lock.
 
     Attributes:
         python: the function itself, as Python runs it.
@@ -397,7 +397,7 @@ class CompiledFunction:
         raise KernelError(f'{self.__qualname__}: arguments change while it is called')
 
     def prepare(self, *args: Any) -> None:
-        """Compile or load the code for such arguments; KernelError if that cannot be done."""
+        """Compile or load the code for such arguments, or raise a KernelError."""
         structures = [structure_of(arg) for arg in args]
         with _LOCK:
             pack = packer(structures, self.__name__.replace('<lambda>', 'function'))
@@ -414,7 +414,7 @@ class CompiledFunction:
             self._made = [(pack, call, ctypes.c_int64 * words, unpack), *self._made]
 
     def _timed(self, quick: Any, structures: list[Any]) -> Any:
-        """Return quick code that gives way to optimised code when it has run for a while."""
+        """Return quick code that is replaced by optimised code once it has run for a while."""
         from tauto_core.kernels.machine_code import Effort
 
         ran_s, best = 0.0, None
@@ -434,10 +434,9 @@ class CompiledFunction:
         return call
 
     def _compiled(self, structures: list[Any], efforts: list[Any]) -> tuple[Any, Any, Any]:
-        """Return the layout of the result, the entry in memory, and with which effort it is made.
+        """Return the layout of the result, the entry in memory, and its effort.
 
-        The code kept on disk of the first effort is taken, else that of the next. Where there is
-        none, the last effort is made.
+        Code on disk is taken in the order of the efforts. Without any, the last effort is made.
         """
         from tauto_core.kernels.machine_code import (
             compiler_versions,

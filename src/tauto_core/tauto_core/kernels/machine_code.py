@@ -1,6 +1,6 @@
 """LLVM for this processor: from a program's text to object code, and into memory.
 
-Code that is kept on disk needs this module alone, not the `translation`.
+Code kept on disk needs this module only, not the `translation`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import llvmlite
 import llvmlite.binding as llvm
 
 NO_GATHER = '+prefer-no-gather,+prefer-no-scatter'
-"""On x86-64 an instruction that picks lanes from many addresses costs more than as many loads."""
+"""On x86-64 gathering lanes from many addresses costs more than as many loads."""
 
 
 class Effort(Enum):
@@ -24,7 +24,7 @@ class Effort(Enum):
 
     Attributes:
         level: level of LLVM's code generator.
-        lines_per_s: lines of LLVM's text that take a second, on a common machine.
+        lines_per_s: lines of LLVM's text compiled per second, on a common machine.
     """
 
     QUICK = 1, 20_000.0
@@ -45,7 +45,7 @@ def processor() -> tuple[str, str, str]:
 
 @cache
 def compiler_versions() -> tuple[str, ...]:
-    """Return all that compiled code depends on beside its sources."""
+    """Return everything that compiled code depends on, except its sources."""
     made_by = llvmlite.__version__, str(llvm.llvm_version_info)
     return (sys.version, platform.machine(), *made_by, *processor())
 
@@ -53,7 +53,7 @@ def compiler_versions() -> tuple[str, ...]:
 def _machine(effort: Effort, triple: str, name: str, features: str) -> Any:
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
-    # as PyPI's builds of LLVM for Linux on x86-64 load it; elsewhere as LLVM thinks best
+    # the relocation model of PyPI's LLVM for Linux on x86-64. Elsewhere LLVM's default
     static = triple.startswith('x86_64') and 'linux' in triple
     return llvm.Target.from_triple(triple).create_target_machine(
         cpu=name,
@@ -74,8 +74,8 @@ def object_code(
     module.triple, module.data_layout = processor[0], str(machine.target_data)
     module.verify()
     tuning = llvm.create_pipeline_tuning_options(speed_level=effort.level)
-    # Kernels say themselves where lanes go. LLVM's own vectors and unrolled loops make a third of
-    # the code and of its time, and run no faster.
+    # Kernels place their lanes themselves. LLVM's own vectors and unrolled loops make a third of
+    # the code and of the compile time, and run no faster.
     tuning.loop_vectorization = tuning.slp_vectorization = tuning.loop_unrolling = False
     builder = llvm.create_pass_builder(machine, tuning)
     if effort is Effort.QUICK:
@@ -100,7 +100,7 @@ _KIND = ctypes.CFUNCTYPE(ctypes.c_int32, ctypes.c_char_p, ctypes.c_void_p)
 
 
 def loaded(code: bytes, name: str) -> Any:
-    """Return the entry of object code as a function, which runs without Python's lock."""
+    """Return the entry of object code as a function that runs without Python's lock."""
     engine = _engine()
     engine.add_object_file(llvm.ObjectFileRef.from_data(code))
     engine.finalize_object()

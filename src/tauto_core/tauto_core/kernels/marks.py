@@ -1,7 +1,4 @@
-"""Marks of kernels, their sources, and the dependencies of their compiled code.
-
-Nothing of LLVM is imported here.
-"""
+"""Marks of kernels, their sources, and the dependencies of their compiled code, without LLVM."""
 
 from __future__ import annotations
 
@@ -22,11 +19,11 @@ from tauto_core.scene.errors import TautoError
 
 
 class KernelError(TautoError):
-    """A kernel cannot be compiled; the message names the fault, the file and the line.
+    """A kernel cannot be compiled. The message names the fault, the file and the line.
 
     Attributes:
         places: file, line and function of the fault, and of each call on the way to it.
-        passed: the lowering that added the last of them.
+        passed: the lowering that added the last place.
     """
 
     def __init__(self, message: str) -> None:
@@ -39,7 +36,7 @@ class KernelError(TautoError):
 
 
 class KernelCacheWarning(UserWarning):
-    """Compiled kernels cannot be stored, so that each run compiles them again."""
+    """Compiled kernels cannot be stored: each run compiles them again."""
 
 
 _Function = TypeVar('_Function', bound=Callable[..., Any])
@@ -48,12 +45,12 @@ IS_INLINED: set[Any] = set()
 
 
 def compiled(function: _Function) -> _Function:
-    """Mark a function that kernels call; called from Python it runs as Python."""
+    """Mark a function that kernels call. Called from Python it runs as Python."""
     return function
 
 
 def inlined(function: _Function) -> _Function:
-    """Mark a function that is inlined wherever it is called: short, or in a hot loop."""
+    """Mark a function that is inlined at every call: a short one, or one in a hot loop."""
     IS_INLINED.add(function)
     return function
 
@@ -72,20 +69,20 @@ class Intrinsic:
 def intrinsic(function: Callable[..., Any]) -> Callable[..., Any]:
     """Mark a function that writes instructions of LLVM itself.
 
-    Its first argument is an `values.Emission`, which kernels do not pass; the others are the
-    arguments as they are known when compiling; it returns a value likewise.
+    Its first argument is a `values.Emission`, which kernels do not pass. The others are the
+    arguments as known at compile time. It returns a value of the same kind.
     """
     return Intrinsic(function)
 
 
 def plain_function(callee: Any) -> FunctionType | None:
-    """Return the function of Python that a callee is, or that it is made from."""
+    """Return the Python function that a callee is, or is made from."""
     callee = getattr(callee, 'python', callee)
     return callee if isinstance(callee, FunctionType) else None
 
 
 # -----------------------------------------------------------------------------
-# Listeners that are informed when something compiles, and how long it is likely to take.
+# Listeners to compilations and their expected duration.
 
 _listeners: list[Callable[[str | None, float], None]] = []
 
@@ -95,8 +92,8 @@ def listening(listener: Callable[[str | None, float], None]) -> Iterator[None]:
     """Call a function whenever a kernel begins to compile, and when it is done.
 
     Args:
-        listener: gets the kernel's name and about the seconds left, 0 while they are not known;
-            None when it is done.
+        listener: gets the kernel's name and roughly the seconds left, 0 while unknown, then
+            `None`.
     """
     _listeners.append(listener)
     try:
@@ -107,7 +104,7 @@ def listening(listener: Callable[[str | None, float], None]) -> Iterator[None]:
 
 @contextmanager
 def compiling(name: str) -> Iterator[Callable[[float], Any]]:
-    """Tell the listeners that a kernel compiles; yield a function to report the seconds left."""
+    """Notify the listeners that a kernel compiles. Yields a reporter of the seconds left."""
 
     def say(kernel: str | None, left_s: float) -> None:
         for listener in _listeners:
@@ -121,12 +118,12 @@ def compiling(name: str) -> Iterator[Callable[[float], Any]]:
 
 
 # -----------------------------------------------------------------------------
-# The dependencies of compiled code, which is valid as long as none of them changes.
+# The dependencies of compiled code, which is valid until one of them changes.
 
 
 @cache
 def contents(path: str) -> bytes:
-    """Return a file as it was at the first call, so that the translated text is the hashed one."""
+    """Return a file as first read: the translated text is the hashed one."""
     try:
         return Path(path).read_bytes()
     except OSError:
@@ -140,7 +137,7 @@ def digest(path: str) -> str:
 
 
 def token(x: Any) -> str:
-    """Return the value that a name had when a kernel was compiled, as text."""
+    """Return the value of a name at compile time, as text."""
     if isinstance(x, ModuleType):
         return f'module {x.__name__}'
     if isinstance(x, type) and hasattr(x, '_fields'):
@@ -157,8 +154,8 @@ class Dependencies:
     """The files and the values of names that a kernel was translated from.
 
     Attributes:
-        files: hash of each, by its path.
-        names: the value of each, by module and name.
+        files: hash of each file, by its path.
+        names: value of each name, by module and name.
     """
 
     def __init__(self) -> None:
@@ -166,7 +163,7 @@ class Dependencies:
         self.names: dict[str, dict[str, str]] = {}
 
     def file(self, function: Any) -> None:
-        """Note where a function comes from."""
+        """Record the file of a function."""
         path = function.__code__.co_filename
         self.files[path] = digest(path)
 
@@ -192,10 +189,10 @@ def is_unchanged(files: dict[str, str], names: dict[str, dict[str, str]]) -> boo
 
 
 # -----------------------------------------------------------------------------
-# The syntax trees of kernels, and facts that they show before values are known.
+# The syntax trees of kernels, and their properties that do not depend on values.
 
 SIMPLE = 60
-"""A function without loops that has fewer nodes in its syntax tree is inlined."""
+"""A function without loops is inlined if its syntax tree has fewer nodes."""
 
 _LOOPS = (ast.For, ast.While)
 
@@ -226,7 +223,7 @@ class FunctionSource:
     def __init__(self, code: CodeType) -> None:
         nodes = _definitions(code.co_filename).get((code.co_name, code.co_firstlineno), [])
         if len(nodes) > 1:
-            # several lambdas in one line: the one that its instructions come from
+            # several lambdas in one line: take the one that the instructions come from
             begins = {(p[0], p[2]) for p in code.co_positions() if p[3] and p[3] > (p[2] or 0)}
             nodes = [n for n in nodes if (n.body.lineno, n.body.col_offset) in begins]
         if len(nodes) != 1:
@@ -257,14 +254,14 @@ def source_of(function: FunctionType) -> FunctionSource:
 
 
 def is_inlined(function: FunctionType) -> bool:
-    """Return whether a function is translated where it is called."""
+    """Return whether a function is translated at its call."""
     return function in IS_INLINED or source_of(function).simple
 
 
 def arguments_of(
     function: FunctionType, args: list[Any], keywords: dict[str, Any]
 ) -> dict[str, Any]:
-    """Return the arguments of a call by their names; KernelError if they do not fit."""
+    """Return the arguments of a call by name, or raise a KernelError if they do not fit."""
     names, defaults = source_of(function).arguments, function.__defaults__ or ()
     values = dict(zip(names[len(names) - len(defaults) :], defaults, strict=True))
     values.update(zip(names, args, strict=False))
@@ -279,7 +276,7 @@ def arguments_of(
 
 @cache
 def assigned_in(loop: Any) -> tuple[str, ...]:
-    """Return the names that a loop sets, in the order of the first time."""
+    """Return the names that a loop sets, in order of first appearance."""
     return tuple(
         dict.fromkeys(
             node.id
@@ -291,7 +288,7 @@ def assigned_in(loop: Any) -> tuple[str, ...]:
 
 @cache
 def leaves_early(loop: Any) -> bool:
-    """Return whether a loop or a loop within it has a break or continue."""
+    """Return whether a loop, or a loop within it, has a break or continue."""
     return any(isinstance(node, (ast.Break, ast.Continue)) for node in ast.walk(loop))
 
 
@@ -313,15 +310,17 @@ def indexed_by(loop: Any) -> frozenset[str]:
 # Arrays and tuples as arguments of entries (`entries`).
 
 DATA, DIMENSIONS, FLAGS = 0, 16, 48
-"""Places behind the head of NumPy's array object (PyArrayObject_fields in ndarraytypes.h, which
-programs compiled with NumPy depend on)."""
+"""Offsets behind the head of NumPy's array object, PyArrayObject_fields in ndarraytypes.h.
+
+Programs compiled with NumPy depend on them.
+"""
 
 NEEDED_FLAGS = 0x0001 | 0x0100
 """C-contiguous and aligned."""
 
 
 class ArrayStructure(NamedTuple):
-    """An array: its items and the number of its dimensions."""
+    """An array: the type of its items and the number of its dimensions."""
 
     dtype: Any
     ndim: int

@@ -127,7 +127,7 @@ def _whole(op: type, x: Value, y: Value) -> NumberKind:
 
 
 def _divided(out: Emission, op: type, kind: NumberKind, a: ir.Value, c: ir.Value) -> ir.Value:
-    """Return the floor of a quotient, or its remainder; 0 if divided by 0, as NumPy has it."""
+    """Return the floor of a quotient, or its remainder. Division by 0 gives 0, as in NumPy."""
     b = out.b
     is_nonzero = isinstance(c, ir.Constant) and c.constant != 0
     nothing = b.icmp_signed('==', c, _ZERO)
@@ -146,7 +146,7 @@ def _divided(out: Emission, op: type, kind: NumberKind, a: ir.Value, c: ir.Value
 
 
 def whole_power(out: Emission, x: Any, n: int) -> Any:
-    """Return x to a power known when compiling, by repeated squaring."""
+    """Return x to a constant power, by repeated squaring."""
     if is_number(x):
         return x**n
     x = at_run_time(x)
@@ -167,7 +167,7 @@ def whole_power(out: Emission, x: Any, n: int) -> Any:
 
 
 def power_at_run_time(a: float, n: int) -> float:
-    """Return a to a whole power: a kernel, translated where the exponent is not known."""
+    """Return a to a whole power: a kernel, translated for run-time exponents."""
     power = -n if n < 0 else n
     result = 1.0
     while power != 0:
@@ -249,7 +249,7 @@ def _to_whole(name: str) -> Callable[..., Any]:
 
 
 def _extreme(sign: str) -> Callable[..., Any]:
-    """Return min or max: the first of equals, as Python has it."""
+    """Return min or max: the first of equals, as in Python."""
 
     def call(out: Emission, *args: Any) -> Any:
         args = tuple(args[0]) if len(args) == 1 else args
@@ -294,7 +294,7 @@ def _len(_out: Emission, x: Any) -> Any:
 
 
 def _isinstance(_out: Emission, x: Any, wanted: Any) -> bool:
-    """Return the class test of a value, as far as it is known: NamedTuples, None and numbers."""
+    """Return the class test of a value: of a NamedTuple, `None` or a number."""
     classes = tuple(wanted) if isinstance(wanted, (tuple, Group)) else (wanted,)
     if isinstance(x, Group):
         return issubclass(x.instance_class or tuple, classes)
@@ -311,7 +311,7 @@ def _isfinite(out: Emission, x: Any) -> Any:
 
 
 ALIGNED = 64
-"""Rooms begin at cache lines; the address to give back stands in the word before."""
+"""Alignment of allocated memory, a cache line. The word before it holds malloc's address."""
 
 
 def _empty(out: Emission, shape: Any, dtype: Any = np.float64) -> Array:
@@ -376,7 +376,7 @@ for _name in (
 
 
 def place_right_of(values: Any, x: float, side: str) -> int:
-    """Return where x would stand in sorted values, behind its equals: np.searchsorted."""
+    """Return the insertion point of x in sorted values, after its equals: np.searchsorted."""
     if side != 'right':
         raise TypeError("searchsorted of kernels knows the side 'right' only")
     low, high = 0, len(values)
@@ -394,11 +394,11 @@ IN_PYTHON = {np.searchsorted: place_right_of}
 
 
 # -----------------------------------------------------------------------------
-# Items of tuples and arrays: where they are, and parts of arrays.
+# Items of tuples and arrays: their addresses, and parts of arrays.
 
 
 def picked(out: Emission, items: Any, i: Any) -> Any:
-    """Return an item of a tuple; of a place known at run time, all must be of one kind."""
+    """Return an item of a tuple. For a run-time index all items must be of one kind."""
     if isinstance(i, (int, slice)):
         return items[i]
     values, b = [at_run_time(x) for x in items], out.b
@@ -408,7 +408,7 @@ def picked(out: Emission, items: Any, i: Any) -> Any:
             f'an item of {described(items)} is picked by a number known at run time only'
         )
     kind = values[0].kind
-    # at the function's head: the room is there once, however often a loop comes by
+    # at the function's head: the room exists once, however often the loop runs
     with b.goto_block(out.f.blocks[0]):
         room = b.alloca(ir.ArrayType(kind.type, len(values)))
     for k, value in enumerate(values):
@@ -418,7 +418,7 @@ def picked(out: Emission, items: Any, i: Any) -> Any:
 
 
 def item(out: Emission, base: Any, where: Any) -> Any:
-    """Return an item of an array or behind a pointer; a row or rows, where indices are missing."""
+    """Return an item of an array or behind a pointer, or a row or rows if indices are missing."""
     if isinstance(base, Array):
         if isinstance(where, slice):
             b, length = out.b, base.shape[0]
@@ -483,25 +483,25 @@ def _flat(out: Emission, shape: Any, where: list[Any]) -> ir.Value:
 
 
 def _index(out: Emission, i: Any, length: ir.Value) -> ir.Value:
-    """Return a place as LLVM's integer: one known when compiling may count from the end."""
+    """Return an index as an LLVM integer. A constant one may count from the end."""
     if isinstance(i, int) and i < 0:
         return out.b.add(length, ir.Constant(WORD, int(i)))
     return out.int(i)
 
 
 # -----------------------------------------------------------------------------
-# Phi nodes: the values of variables where branches meet, and in the header of a loop.
+# Phi nodes: the values of variables at the join of branches, and in the header of a loop.
 
 BackEdge: TypeAlias = Callable[[Any, ir.Block], None]
-"""Adds the value that a variable has at the end of a round, in the block from which it returns."""
+"""Adds a variable's value at the end of a round, in the block that jumps back."""
 
 
 def joined(
     out: Emission, values: Sequence[Any], blocks: Sequence[ir.Block], target: ir.Block, name: str
 ) -> Any:
-    """Return the value in `target` of a variable that differs between the blocks before it.
+    """Return the value in `target` of a variable that differs between the preceding blocks.
 
-    The blocks have no end yet, so that numbers can be converted there.
+    The blocks have no terminator yet: numbers can be converted there.
     """
     head = values[0]
     if all(_same(x, head) for x in values):
@@ -543,7 +543,7 @@ def _phi(
 
 
 def meet(out: Emission, ends: Sequence[tuple[ir.Block, dict[str, Any]]]) -> dict[str, Any]:
-    """Join several branches; return the variables there."""
+    """Join several branches and return the variables after them."""
     if len(ends) == 1:
         out.b.position_at_end(ends[0][0])
         return ends[0][1]
@@ -560,7 +560,7 @@ def meet(out: Emission, ends: Sequence[tuple[ir.Block, dict[str, Any]]]) -> dict
 class Header:
     """The header of a loop, with a phi node for each number that the loop carries.
 
-    Its kinds are those before the loop, since the loop's end is not translated yet.
+    Its kinds are the kinds before the loop, since the loop's end is not translated yet.
 
     Attributes:
         out: the function that is written.

@@ -1,10 +1,10 @@
-"""Lowering: from the syntax tree of a function to instructions of LLVM, in one pass.
+"""Lowering: from the syntax tree of a function to LLVM instructions, in one pass.
 
-Of each variable the value is known, or its kind, so that no types have to be inferred. What is
-known when compiling is worked out with Python's own operators (partial evaluation); all else
-becomes an instruction. The instructions are in SSA form from the beginning: a name stands for the
-value last assigned to it, and where branches meet `joined` adds phi nodes. A `Program` is an
-entry and all that it calls.
+Each variable has a known value or a known kind: no types are inferred. Expressions of static
+values are evaluated by Python's own operators (partial evaluation), all others become
+instructions. The instructions are in SSA form from the beginning: a name stands for its last
+value, and `joined` adds phi nodes at the join of branches. A `Program` is an entry with all its
+callees.
 """
 
 from __future__ import annotations
@@ -80,7 +80,7 @@ from tauto_core.kernels.values import (
 )
 
 # -----------------------------------------------------------------------------
-# Expressions of a function, from the syntax tree to instructions; the values of its names.
+# Expressions of a function, from the syntax tree to instructions, and the values of its names.
 
 
 class Method:
@@ -253,7 +253,7 @@ class Scope:
         value = self.eval(e.left)
         result: Any = True
         for op, node in zip(e.ops, e.comparators, strict=True):
-            # the rest has no side effects: it may be evaluated whether it is needed or not
+            # the rest has no side effects and may be evaluated in any case
             right = self.eval(node)
             test = compared(self.out, op, value, right)
             if isinstance(result, bool):
@@ -275,7 +275,7 @@ class Scope:
         return self.call(callee, args, {word.arg: self.eval(word.value) for word in e.keywords})
 
     def call(self, callee: Any, args: list[Any], keywords: dict[str, Any]) -> Any:
-        """Return the result of a call; the function is known when compiling."""
+        """Return the result of a call. The function is known at compile time."""
         if isinstance(callee, Method):
             if isinstance(callee.owner, Array):
                 array, name = callee.owner, callee.function
@@ -307,16 +307,15 @@ class Scope:
 
 
 UNROLLED, UNROLLED_TO_PICK = 3, 16
-"""Most rounds of a loop of known length that is unrolled: any loop, and one whose variable picks
-items of a tuple, which are then known."""
+"""Most rounds of an unrolled loop: of any loop, and of one that picks items of a tuple."""
 
 
 class Loop:
     """A loop around a statement.
 
     Attributes:
-        left: blocks in which a break leaves it, which have no branch yet, and the variables there.
-        next: the same of continue, and of the end of its body.
+        left: blocks that a break ends, without terminator, and the variables there.
+        next: the same for continue and for the end of the body.
     """
 
     def __init__(self) -> None:
@@ -334,7 +333,7 @@ class Frame(Scope):
         self.reached = True
 
     def result(self, args: list[Any], keywords: dict[str, Any]) -> Any:
-        """Translate the function for these arguments; return its result."""
+        """Translate the function for these arguments and return its result."""
         self.variables = arguments_of(self.function, args, keywords)
         self.run(self.plan.body)
         if self.reached:
@@ -355,7 +354,7 @@ class Frame(Scope):
     # statements
 
     def run(self, body: list[Any]) -> None:
-        """Translate statements, up to where the rest is not reached."""
+        """Translate statements up to the first unreachable one."""
         for statement in body:
             if not self.reached:
                 return
@@ -370,7 +369,7 @@ class Frame(Scope):
                 raise failure from cause
 
     def _locate(self, error: KernelError, statement: Any) -> None:
-        """Add a line to the places of an error, once in each function that it passes."""
+        """Add a line to the places of an error, once per function that it passes."""
         if error.passed is not self:
             error.passed = self
             code = self.function.__code__
@@ -485,19 +484,19 @@ class Frame(Scope):
     def _unroll(self, s: Any, items: Any) -> None:
         """Translate the body of a loop once for each item."""
         if leaves_early(s):
-            raise KernelError('break or continue in a loop over what is known when compiling')
+            raise KernelError('break or continue in a loop over constant items')
         for value in items:
             if self.reached:
                 self.put(s.target, value)
                 self.run(s.body)
 
     def _loop(self, s: Any, count: Any = None) -> None:
-        """Translate a loop that runs; `count` has start, end and step of a `for`."""
+        """Translate a loop that runs. `count` has start, end and step of a `for`."""
         if s.orelse:
             raise KernelError('kernels know no loop with else')
         out, b = self.out, self.out.b
         preheader, header = b.block, out.block('loop')
-        # the variables that the loop sets have in its header the values that it carries
+        # in the header, variables that the loop sets have the values that it carries
         outer, self.variables = self.variables, dict(self.variables)
         head, back_edges = Header(out, preheader, header), dict[str, BackEdge]()
         for name in assigned_in(s):
@@ -547,11 +546,11 @@ class Frame(Scope):
 
 
 # -----------------------------------------------------------------------------
-# A module of LLVM: an entry and all that it calls.
+# An LLVM module: an entry and all its callees.
 
 
 class Instance:
-    """A function of LLVM: a kernel specialised for arguments of one structure.
+    """An LLVM function: a kernel specialised for arguments of one structure.
 
     Attributes:
         f: LLVM's function.
@@ -599,13 +598,13 @@ class Instance:
         self.f.type = self.f.ftype.as_pointer()
 
     def called(self, out: Emission, values: list[ir.Value]) -> Any:
-        """Emit a call; return its result."""
+        """Emit a call and return its result."""
         result, count = out.b.call(self.f, values), len(leaves(self.result))
         return rebuilt(self.result, iter([out.b.extract_value(result, i) for i in range(count)]))
 
 
 def free_function(module: ir.Module) -> ir.Function:
-    """Return the C library's function that gives memory back."""
+    """Return the C library's `free`."""
     function = module.globals.get('free')
     return function or ir.Function(
         module, ir.FunctionType(ir.VoidType(), [BYTE.as_pointer()]), 'free'
@@ -622,10 +621,10 @@ class Program:
     """All functions of an entry.
 
     Attributes:
-        module: LLVM's.
-        used: the sources and constants from which they are made.
-        count: functions so far.
-        result: layout of the entry's result: nested lists, names of kinds, None.
+        module: LLVM's module.
+        used: the sources and constants that they are made from.
+        count: number of functions so far.
+        result: layout of the entry's result: nested lists, names of kinds, `None`.
     """
 
     def __init__(self, function: FunctionType, arguments: list[Any], name: str) -> None:
@@ -646,7 +645,7 @@ class Program:
     def inlined(
         self, out: Emission, function: FunctionType, args: list[Any], keywords: dict[str, Any]
     ) -> Any:
-        """Translate a kernel where it is called."""
+        """Translate a kernel at its call."""
         return Frame(self, out, function).result(args, keywords)
 
     def call(
@@ -668,7 +667,7 @@ class Program:
 
 
 def value_of(structure: Any, words: Iterator[int], out: Emission) -> Any:
-    """Emit code that reads an argument from its words; return its value in compiled code."""
+    """Emit code that reads an argument from its words, and return its compiled value."""
     if structure is None:
         return None
     if isinstance(structure, Tuple):
@@ -688,9 +687,9 @@ def value_of(structure: Any, words: Iterator[int], out: Emission) -> Any:
 def _array_of(
     structure: ArrayStructure, word: ir.Value, place: int, out: Emission
 ) -> Array | Record:
-    """Emit code that reads an array's object, whose address is a word.
+    """Emit code that reads an array's object from the address in a word.
 
-    The entry returns the number of the word, counted from one, if the array does not fit.
+    If the array does not fit, the entry returns the number of the word, counted from one.
     """
     b = out.b
 
@@ -724,7 +723,7 @@ def _as_word(out: Emission, value: ir.Value) -> ir.Value:
 
 
 def _layout(x: Any) -> Any:
-    """Return the layout with which a result is made from words."""
+    """Return the layout by which a result is made from words."""
     if isinstance(x, Value):
         return x.kind.name
     if isinstance(x, Group):

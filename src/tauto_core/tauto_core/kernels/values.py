@@ -1,9 +1,9 @@
 """The kinds of a kernel's variables at compile time, and the function being written.
 
-A value known at compile time is called static. It is any Python object: a number, None, a tuple,
-a function, a class. Known at run time only are `Value`s, which are numbers, lanes or pointers,
-`Array`s and `Record`s. A `Group` is a tuple with items that are known at run time only. It is
-never built in memory: each of its numbers is an SSA value.
+A value known at compile time is static. It is any Python object: a number, `None`, a tuple, a
+function, a class. Known at run time only are `Value`s (numbers, lanes or pointers), `Array`s and
+`Record`s. A `Group` is a tuple of such items. It is never built in memory: each of its numbers is
+an SSA value.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ DOUBLE, WORD, BIT, BYTE, INDEX = (
 
 
 class NumberKind:
-    """The type of a number at run time; there is one object of each type.
+    """The type of a number at run time. Each type is one object.
 
     Attributes:
-        name: as error messages say it.
+        name: its name in error messages.
         type: LLVM's type of a value.
         stored: LLVM's type in memory.
-        lanes: how many doubles lanes are; 0: no lanes.
+        lanes: number of doubles in lanes, or 0.
     """
 
     def __init__(self, name: str, kind: ir.Type, stored: ir.Type | None = None, lanes: int = 0):
@@ -52,12 +52,12 @@ ELEMENTS = {'f8': FLOAT, 'i8': INT, 'u8': UINT, 'b1': BOOL}
 
 @cache
 def lanes_of(count: int) -> NumberKind:
-    """Return the kind of so many doubles as one number."""
+    """Return the kind of `count` doubles as lanes."""
     return NumberKind(f'{count} lanes', ir.VectorType(DOUBLE, count), lanes=count)
 
 
 class Pointer(NumberKind):
-    """The address of the numbers of an array, `row` of which are one row of lanes."""
+    """The address of an array's numbers. One row of lanes has `row` numbers."""
 
     def __init__(self, item: NumberKind, row: int) -> None:
         super().__init__(f'pointer to {item} in rows of {row}', item.stored.as_pointer())
@@ -85,7 +85,7 @@ class Value:
 
 
 class Group:
-    """A tuple, named where `instance_class` is a NamedTuple; it can be read like a tuple."""
+    """A tuple that can be read like Python's, of the NamedTuple `instance_class` if given."""
 
     __slots__ = ('instance_class', 'items')
 
@@ -103,7 +103,7 @@ class Group:
 
 
 class Fields:
-    """An item of a structured array: its NumPy type, and its address."""
+    """An item of a structured array, by its NumPy type."""
 
     def __init__(self, dtype: np.dtype[Any]) -> None:
         self.dtype, self.stored, self.name = dtype, BYTE, str(dtype.descr)
@@ -111,7 +111,7 @@ class Fields:
 
 @cache
 def fields_of(dtype: np.dtype[Any]) -> Fields:
-    """Return the item type of such an array; equal types give the same object."""
+    """Return the item type of a structured array. Equal types give the same object."""
     return Fields(dtype)
 
 
@@ -119,8 +119,8 @@ class Array:
     """A C-contiguous array.
 
     Attributes:
-        kind: the kind of its items: a NumberKind, or Fields.
-        data: address of the first.
+        kind: the kind of its items, a NumberKind or Fields.
+        data: address of the first item.
         shape: lengths, LLVM's integers.
         room: the memory allocated for it in this kernel, if any.
     """
@@ -141,7 +141,7 @@ class Record:
 
 
 class Conflict:
-    """A variable whose type depends on the branch taken: it may be set, but not read."""
+    """A variable with a type that depends on the branch taken: it may be set, but not read."""
 
     __slots__ = ('why',)
 
@@ -153,17 +153,17 @@ RUN_TIME = (Value, Group, Array, Record, Conflict)
 
 
 def is_static(x: Any) -> bool:
-    """Return whether a value is known when compiling."""
+    """Return whether a value is known at compile time."""
     return not isinstance(x, RUN_TIME)
 
 
 def is_number(x: Any) -> bool:
-    """Return whether a static value is a plain number of Python."""
+    """Return whether a static value is a plain Python number."""
     return isinstance(x, (bool, int, float))
 
 
 def at_run_time(x: Any) -> Any:
-    """Return a value whose numbers are all known at run time only; all else stays static."""
+    """Return a value with its numbers turned into run-time values. The rest stays static."""
     if isinstance(x, (bool, np.bool_)):
         return Value(BOOL, ir.Constant(BIT, int(x)))
     if isinstance(x, np.uint64):
@@ -182,7 +182,7 @@ def at_run_time(x: Any) -> Any:
 
 
 def leaves(x: Any) -> list[ir.Value]:
-    """Return the LLVM values of which a value consists, in the order of `rebuilt`."""
+    """Return the LLVM values of a value, in the order of `rebuilt`."""
     if isinstance(x, Value):
         return [x.ir]
     if isinstance(x, Group):
@@ -193,7 +193,7 @@ def leaves(x: Any) -> list[ir.Value]:
 
 
 def rebuilt(x: Any, values: Iterator[ir.Value]) -> Any:
-    """Return a value of the structure of x with other values of LLVM."""
+    """Return a value of the structure of x with other LLVM values."""
     if isinstance(x, Value):
         return Value(x.kind, next(values))
     if isinstance(x, Group):
@@ -221,21 +221,21 @@ def described(x: Any) -> str:
 
 
 # -----------------------------------------------------------------------------
-# The function of LLVM that is being written, and how its numbers are converted and stored.
+# The LLVM function being written, with conversions and memory access.
 
 FIELD_ROW = 8
-"""Numbers in a row of lanes behind a field that holds several, not in separate rows."""
+"""Numbers per row of lanes in a field of several numbers that has no rows itself."""
 
 
 class Emission:
-    """The emitted part of one function of LLVM, and the place of the next instruction.
+    """The emitted part of one LLVM function, and the position of the next instruction.
 
     Attributes:
         module: LLVM's module with all functions of an entry.
         f: LLVM's function.
         b: writes instructions.
-        depth: number of branches and loops around; code within them may run never, or many times.
-        rooms: addresses of the memory that has been allocated.
+        depth: number of enclosing branches and loops. Their code may run never, or many times.
+        rooms: addresses of the allocated memory.
     """
 
     def __init__(self, module: Any, f: ir.Function) -> None:
@@ -245,7 +245,7 @@ class Emission:
         self.rooms: list[ir.Value] = []
 
     def block(self, name: str) -> ir.Block:
-        """Return a new block, in which nothing is yet."""
+        """Return a new, empty block."""
         return self.f.append_basic_block(name)
 
     @contextmanager
@@ -256,7 +256,7 @@ class Emission:
         self.depth -= 1
 
     def external(self, name: str, result: ir.Type, args: Sequence[ir.Value]) -> ir.Value:
-        """Call an intrinsic of LLVM or a function of the C library without side effects."""
+        """Call an LLVM intrinsic or a C library function without side effects."""
         function = self.module.globals.get(name)
         if function is None:
             kind = ir.FunctionType(result, [arg.type for arg in args])
@@ -271,7 +271,7 @@ class Emission:
     def convert(self, x: Any, kind: NumberKind) -> Value:
         """Return a number as another kind.
 
-        Raises a KernelError for no number, or one that would not keep its value.
+        Raises a KernelError if it is not a number, or would not keep its value.
         """
         x = at_run_time(x)
         if isinstance(x, Value):
@@ -300,18 +300,18 @@ class Emission:
         return self.spread(self.float(x), kind.lanes) if kind.lanes and not was.lanes else None
 
     def float(self, x: Any) -> ir.Value:
-        """Return LLVM's value of a number as a float."""
+        """Return the LLVM value of a number as a float."""
         return self.convert(x, FLOAT).ir
 
     def int(self, x: Any) -> ir.Value:
-        """Return LLVM's value of a whole number."""
+        """Return the LLVM value of a whole number."""
         x = at_run_time(x)
         if not isinstance(x, Value) or x.kind not in (INT, UINT, BOOL):
             raise KernelError(f'{described(x)} where a whole number is wanted')
         return self.convert(x, INT).ir if x.kind is BOOL else x.ir
 
     def truth(self, x: Any) -> Any:
-        """Return whether a value is true: a bool where that is known when compiling."""
+        """Return the truth of a value, as a bool if it is known at compile time."""
         if is_static(x):
             return bool(x)
         if isinstance(x, Value):
@@ -326,21 +326,21 @@ class Emission:
     # lanes
 
     def lanes(self, x: Any) -> ir.Value:
-        """Return LLVM's vector of lanes."""
+        """Return the LLVM vector of lanes."""
         if not isinstance(x, Value) or not x.kind.lanes:
             raise KernelError(f'{described(x)} where lanes are wanted')
         return x.ir
 
     def as_lanes(self, vector: ir.Value) -> Value:
-        """Return a vector of LLVM as lanes."""
+        """Return an LLVM vector as lanes."""
         return Value(lanes_of(vector.type.count), vector)
 
     def as_float(self, value: ir.Value) -> Value:
-        """Return a double of LLVM as a float."""
+        """Return an LLVM double as a float."""
         return Value(FLOAT, value)
 
     def as_int(self, value: ir.Value) -> Value:
-        """Return an integer of LLVM as a whole number; of fewer bits, as if zeros followed."""
+        """Return an LLVM integer as a whole number, zero-extended."""
         return Value(INT, value if value.type == WORD else self.b.zext(value, WORD))
 
     def group(self, items: Sequence[Any]) -> Group:
@@ -348,21 +348,21 @@ class Emission:
         return Group(items)
 
     def item(self, vector: ir.Value, i: Any) -> ir.Value:
-        """Return a double of a vector; i is a number, or LLVM's."""
+        """Return a double of a vector. i is a number, or an LLVM value."""
         return self.b.extract_element(vector, self.index(i))
 
     def index(self, i: Any) -> ir.Value:
-        """Return a place in a vector."""
+        """Return a position in a vector."""
         return ir.Constant(INDEX, i) if is_number(i) else self.b.trunc(self.int(i), INDEX)
 
     def vector_function(self, name: str, *vectors: ir.Value) -> ir.Value:
-        """Call LLVM's intrinsic of a name for vectors, or for doubles, of their own type."""
+        """Call the LLVM intrinsic of this name for vectors, or for doubles, of their own type."""
         kind = vectors[0].type
         suffix = f'v{kind.count}f64' if isinstance(kind, ir.VectorType) else 'f64'
         return self.external(f'llvm.{name}.{suffix}', kind, vectors)
 
     def row(self, rows: Any, count: builtins.int, number: ir.Value) -> ir.Value:
-        """Return the address of a row of so many doubles in an array or behind a pointer."""
+        """Return the address of a row of `count` doubles in an array or behind a pointer."""
         if isinstance(rows, Array) and rows.kind is FLOAT:
             data = rows.data
         elif isinstance(rows, Value) and isinstance(rows.kind, Pointer):
@@ -375,16 +375,16 @@ class Emission:
         return self.b.bitcast(address, ir.VectorType(DOUBLE, count).as_pointer())
 
     def next(self, number: ir.Value, step: builtins.int) -> ir.Value:
-        """Return a whole number some steps further."""
+        """Return a whole number plus a constant."""
         return self.b.add(number, ir.Constant(WORD, step))
 
     def shuffled(self, a: ir.Value, c: ir.Value, order: Sequence[builtins.int]) -> ir.Value:
-        """Return lanes picked from two vectors, one behind the other."""
+        """Return lanes picked from two concatenated vectors."""
         mask = ir.Constant(ir.VectorType(INDEX, len(order)), list(order))
         return self.b.shuffle_vector(a, c, mask)
 
     def spread(self, x: ir.Value, lanes: builtins.int) -> ir.Value:
-        """Return a double in all of so many lanes."""
+        """Return a double in each of `lanes` lanes."""
         nothing = ir.Constant(ir.VectorType(DOUBLE, lanes), ir.Undefined)
         vector = self.b.insert_element(nothing, x, ir.Constant(INDEX, 0))
         return self.shuffled(vector, nothing, [0] * lanes)
@@ -394,26 +394,26 @@ class Emission:
         return ir.Constant(vector.type, [0.0] * vector.type.count)
 
     def bits(self, vector: ir.Value) -> ir.Value:
-        """Return a vector of bits as one integer, the first in the lowest."""
+        """Return a vector of bits as one integer, the first bit lowest."""
         return self.b.bitcast(vector, ir.IntType(vector.type.count))
 
     # memory
 
     def reloaded(self, vector: ir.Value) -> ir.Value:
-        """Return where the numbers of a vector in memory are, as LLVM cannot know.
+        """Return the address of a vector's numbers, hidden from LLVM's optimiser.
 
-        They are then read from there, though it still has them in a register.
+        They are then read from memory, even if a register still holds them.
         """
         address = self.b.bitcast(vector, DOUBLE.as_pointer())
         kind = ir.FunctionType(address.type, [address.type])
         return self.b.asm(kind, '', '=r,0', [address], False)
 
     def number(self, address: ir.Value, i: builtins.int) -> ir.Value:
-        """Return the double that is i numbers behind an address."""
+        """Return the double i numbers behind an address."""
         return self.b.load(self.b.gep(address, [ir.Constant(WORD, i)]))
 
     def load(self, address: ir.Value, kind: Any) -> Any:
-        """Return the value at an address; for a field of several numbers, their address."""
+        """Return the value at an address, or the address of a field of several numbers."""
         if isinstance(kind, Array):
             return kind
         if isinstance(kind, Fields):
@@ -426,7 +426,7 @@ class Emission:
         return Value(kind, value)
 
     def save(self, address: ir.Value, kind: Any, x: Any) -> None:
-        """Write a number where it is kept."""
+        """Write a number to memory."""
         if isinstance(kind, Fields | Pointer | Array):
             raise KernelError('a whole record cannot be set, only its fields and their items')
         value = self.convert(x, kind).ir
@@ -460,7 +460,7 @@ class Emission:
 
 
 def element(dtype: Any) -> NumberKind:
-    """Return the kind of an array's items; KernelError for items that kernels do not support."""
+    """Return the kind of an array's items, or raise a KernelError for unsupported items."""
     kind = ELEMENTS.get(dtype.str[1:])
     if kind is None or dtype.byteorder == '>':
         raise KernelError(f'kernels know no arrays of {dtype}')

@@ -1,7 +1,7 @@
-"""Propagators of motions that are known at any time, so that they have no running state.
+"""Propagators of motions in closed form, without a running state.
 
 The ideal cam on a platform at rest, any even conservative well by action and angle, and Sully's
-lever, whose well is uneven.
+lever, an uneven well.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from tauto_core.scene.errors import PropagationError
 
 
 class ClosedForm(ABC):
-    """A propagator whose motion is a function of the time since the release."""
+    """A propagator of a motion that is a function of the time since the release."""
 
     @abstractmethod
     def motion_at(self, time_ns: IntArray) -> Motion:
@@ -68,15 +68,15 @@ class ClosedForm(ABC):
 #
 # A wheel released at rest at ϑ = A moves as s = s(A) cos ωt along the arc s = ∫√M dϑ, with M the
 # moment of inertia and ω² = F t'(0)/I (A §XV–XIX: isochronous with a simple pendulum of length I
-# g/(P r)). Where nothing but the wheel has inertia, s is proportional to ϑ; with the cam
-# corrected for a weight it is not (D in cams.md).
+# g/(P r)). If only the wheel has inertia, s is proportional to ϑ. With the cam corrected for a
+# weight it is not (D in cams.md).
 #
-# t · ω/π is reduced to half turns with ω/π in twice the working precision, so that even after a
-# hundred days the phase is exact to its own rounding.
+# t · ω/π is reduced to half turns with ω/π in twice the working precision. Even after a hundred
+# days the phase is exact to its own rounding.
 
 
 def frequency(machine: Machine) -> Decimal:
-    """Return ω = √(F t'(0)/I) in 50 digits; the machine's numbers are exact [rad/s]."""
+    """Return ω = √(F t'(0)/I) in 50 digits, from the machine's floats as exact numbers [rad/s]."""
     with localcontext() as context:
         context.prec = PHASE_DIGITS
         pull = Decimal(machine.force) + Decimal(machine.pulling_mass) * Decimal(machine.gravity)
@@ -135,39 +135,38 @@ class Harmonic(ClosedForm):
 # -----------------------------------------------------------------------------
 # Any even conservative well on a steady platform: exact at any time, at no cost per swing.
 #
-# With V(ϑ) = V(A) cos²W the swing runs once round in W: ϑ = A at W = 0, the middle at W = π/2,
-# and the time since the top is t(W) = ∫ g dW with
+# With V(ϑ) = V(A) cos²W the swing runs once round in W: ϑ = A at W = 0, the middle at W = π/2, and
+# the time since the top is t(W) = ∫ g dW with
 #
-#     g(W) = √(2 V(A) M) · cos W / V'(ϑ),      ϑ̇ = −√(2 V(A)/M) sin W,
+#     g(W) = √(2 V(A) M) · cos W / V'(ϑ),      ϑ̇ = −√(2 V(A)/M) sin W.
 #
-# smooth up to the turning points, since V' vanishes with cos W. The quarter swing 0 ≤ W ≤ π/2 is
-# cut at the cam's joints; on each part g is a Chebyshev series to rounding, integrated term by
-# term. The other quarters follow by symmetry, also where the well has a kink in the middle.
-# Inverting t(W) is one bracketed Newton iteration per instant; whole swings are taken off
-# beforehand, exactly.
+# g is smooth up to the turning points, since V' vanishes with cos W. The quarter swing 0 ≤ W ≤ π/2
+# is cut at the cam's joints. On each part g is a Chebyshev series to rounding, integrated term by
+# term. The other quarters follow by symmetry, even with a kink in the middle. Whole swings are
+# removed exactly, then one bracketed Newton iteration per instant inverts t(W).
 #
 # Source: action–angle variables of one degree of freedom, e.g. Arnold, Mathematical Methods of
-# Classical Mechanics, §50; the substitution is that of `machines.Machine.period`.
+# Classical Mechanics, §50. The substitution is the same as in `machines.Machine.period`.
 
 LARGEST_DEGREE = 4096
 # Numbers of coefficients tried: 17 to LARGEST_DEGREE + 1.
 _COUNTS = tuple(1 + 2**n for n in range(4, 13))
 
 INVERTED_TO = 2.0**-32
-"""Change of x at which Newton's method ends: its next step is exact to rounding."""
+"""Change of x that ends Newton's method: its next step is exact to rounding."""
 
 LONGEST_INVERTED = 256
-"""Largest number of coefficients of a series that is inverted beforehand."""
+"""Most coefficients of a series that is inverted beforehand."""
 
 TIME_TAIL = 2.0**-50
-"""Size of the last coefficients, relative to the first, at which a series counts as complete."""
+"""A series is complete if its last coefficients are below this share of the first."""
 
 
 class ActionAngle(ClosedForm):
-    """Propagator of a conservative well at rest; nothing changes but the time.
+    """Propagator of a conservative well at rest.
 
-    Raises a PropagationError for a well whose swing no Chebyshev series of degree 4096 describes,
-    and a SlackThreadError for a swing in which the thread goes slack.
+    Raises a PropagationError for a swing that needs more than degree 4096, and a SlackThreadError
+    if the thread goes slack.
     """
 
     name = 'action_angle'
@@ -231,7 +230,7 @@ class ActionAngle(ClosedForm):
             rate=rate,
             torque=-tension * arm,
             half_turns=count,
-            # the top itself, from either side, is where the half turns join
+            # the half turns join at the top, from either side
             fraction=np.where(
                 fraction < 0.5, np.maximum(turned, 0.0), np.minimum(turned, BELOW_ONE)
             ),
@@ -243,7 +242,7 @@ class ActionAngle(ClosedForm):
 def series_of(slope: Callable[[FloatArray], FloatArray], a: float, b: float) -> FloatArray:
     """Return the Chebyshev coefficients on [−1, 1] of t(W) = ∫_a^W slope dW over [a, b] [s].
 
-    Raises a PropagationError where more than 4096 coefficients are needed.
+    Raises a PropagationError if more than 4096 coefficients are needed.
     """
 
     def series(count: int) -> FloatArray:
@@ -251,7 +250,7 @@ def series_of(slope: Callable[[FloatArray], FloatArray], a: float, b: float) -> 
 
     coefficients = complete_series(series, _COUNTS, TIME_TAIL)
     if coefficients is not None:
-        # every instant pays for each coefficient; less than an eighth of a rounding is dropped
+        # every instant pays for each coefficient: drop less than an eighth of a rounding
         terms = chebyshev.chebtrim(coefficients, 2.0**-56 * np.max(np.abs(coefficients)))
         return np.asarray(chebyshev.chebint(terms, scl=0.5 * (b - a), lbnd=-1.0))
     raise PropagationError(
@@ -272,10 +271,10 @@ class Rising:
 
     Attributes:
         series: its coefficients.
-        slope: those of its derivative.
+        slope: coefficients of its derivative.
         top: its value at 1.
-        guess: an estimate of x, as a series of 2·value/top − 1, from which Newton's method starts;
-            a straight line where the series is too long to be inverted beforehand.
+        guess: start of Newton's method for x, as a series of 2·value/top − 1, a straight line for
+            a series longer than `LONGEST_INVERTED`.
     """
 
     series: FloatArray
@@ -308,15 +307,15 @@ def inverse(risen: Rising, value: FloatArray) -> FloatArray:
 # -----------------------------------------------------------------------------
 # Sully's lever on a steady platform: exact at any time, at no cost per swing.
 #
-# As in `ActionAngle`, but the well is not even. With V = V(A) cos²W a half swing, from one
-# turning point to the other, takes W from 0 to π, and the way back takes as long. dt/dW is one
-# Chebyshev series, integrated term by term and inverted.
+# As in `ActionAngle`, but the well is not even. With V = V(A) cos²W a half swing, from one turning
+# point to the other, takes W from 0 to π, and the way back takes as long. dt/dW is one Chebyshev
+# series, integrated term by term and inverted.
 
 
 class UnevenWell(ClosedForm):
-    """Propagator of Sully's lever at rest; nothing changes but the time.
+    """Propagator of Sully's lever at rest.
 
-    Raises a PropagationError for a well whose swing no Chebyshev series of degree 4096 describes.
+    Raises a PropagationError for a swing that needs more than degree 4096.
     """
 
     name = 'action_angle'
@@ -359,7 +358,7 @@ class UnevenWell(ClosedForm):
             rate=rate,
             torque=machine.inertia * acceleration,
             half_turns=count,
-            # the turning point itself, from either side, is where the half turns join
+            # the half turns join at the turning point, from either side
             fraction=np.where(
                 fraction < 0.5, np.maximum(turned_by, 0.0), np.minimum(turned_by, BELOW_ONE)
             ),

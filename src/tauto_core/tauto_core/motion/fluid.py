@@ -1,4 +1,4 @@
-"""A body on a curve in a fluid, half swing after half swing, without a step inside any."""
+"""A body on a curve in a fluid, one half swing after another, without steps inside them."""
 
 from __future__ import annotations
 
@@ -26,21 +26,20 @@ from tauto_core.samples import FloatArray, IntArray, State
 from tauto_core.scene.errors import PropagationError
 
 # -----------------------------------------------------------------------------
-# The place of a body within a half swing in a fluid, and the sequence of half swings.
+# The sequence of half swings in a fluid, and the body's place within a half swing.
 #
-# A law gives two things for the half swing from rest at a signed arc: its duration and its end,
-# and the body's place at a time within it. On Euler's curve both have closed forms
-# (`machines.fluid_pendulum`); on a symmetric one both come from quadrature
-# (`fluid_pendulum.place`). Durations and ends are smooth functions of the start, held as Chebyshev
-# series, since a voyage has millions of half swings, and the place within is needed in few of
-# them.
+# A law gives the duration and the end of the half swing from rest at a signed arc, and the body's
+# place at a time within it. On Euler's curve both are closed forms (`machines.fluid_pendulum`), on
+# a symmetric curve quadratures (`fluid_pendulum.place`). A voyage has millions of half swings:
+# their durations and ends are smooth functions of the start, held as Chebyshev series. The place
+# is needed in few of them.
 
 SWING_DEGREE = 512
 # Numbers of coefficients tried: 9 to SWING_DEGREE + 1.
 _COUNTS = tuple(1 + 2**n for n in range(3, 10))
 
 SWING_TAIL = 2.0**-48
-"""Size of the last three coefficients at which a series counts as complete."""
+"""A series is complete if its last three coefficients are below this."""
 
 # Numbers held at once to compute places within half swings.
 _NUMBERS = 2**20
@@ -50,15 +49,15 @@ class SwingEnd(NamedTuple):
     """A half swing as a function of its start."""
 
     excess: float
-    """Duration divided by π/ω, less 1."""
+    """Duration divided by π/ω, minus 1."""
     end: float
-    """Signed arc where it ends [m]."""
+    """Signed arc at its end [m]."""
 
 
 class HalfSwingTable:
-    """Duration and end of all half swings on one branch, from the widest [m] down to nothing.
+    """Duration and end of all half swings on one branch, from the widest [m] down to 0.
 
-    Raises a PropagationError where no series of degree 512 describes them.
+    Raises a PropagationError if no series of degree 512 describes them.
     """
 
     def __init__(self, swing: Callable[[float], tuple[float, float]], widest: float) -> None:
@@ -74,7 +73,7 @@ class HalfSwingTable:
 
         coefficients = complete_series(series, _COUNTS, SWING_TAIL, tail_count=3, scale=1.0)
         if coefficients is not None:
-            # down to the last coefficient that counts, highest first
+            # highest first, without trailing coefficients below rounding
             series_rows = (chebyshev.chebtrim(row, 2.0**-56) for row in coefficients)
             self._excess, self._ratio = (row.tolist()[::-1] for row in series_rows)
             return
@@ -86,7 +85,7 @@ class HalfSwingTable:
         )
 
     def __call__(self, start: float) -> SwingEnd:
-        """Return the course of the half swing from rest at a signed arc [m]."""
+        """Return duration and end of the half swing from rest at a signed arc [m]."""
         x = 2.0 * (start / self._widest) - 1.0
         return SwingEnd(_sum(self._excess, x), -start * _sum(self._ratio, x))
 
@@ -95,7 +94,7 @@ class Law(Protocol):
     """The half swings of a machine."""
 
     def course(self, start: float) -> SwingEnd:
-        """Return the course of the half swing from rest at a signed arc [m]."""
+        """Return duration and end of the half swing from rest at a signed arc [m]."""
         ...
 
     def place(self, start: FloatArray, time: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -103,10 +102,13 @@ class Law(Protocol):
         ...
 
     def with_friction(self, start: FloatArray, slope: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the arcs where nothing pulls bodies along, and slopes less or more friction.
+        """Return the arcs of zero net force along the curve, and slopes with friction.
 
-        `start` are the signed arcs from which they came, `slope` the slopes where they are. Of a
-        body that friction holds both are 0.
+        Both are 0 for a body that friction holds.
+
+        Args:
+            start: signed arcs from which the bodies came [m].
+            slope: slopes at their places.
         """
         return np.zeros_like(start), slope
 
@@ -123,7 +125,7 @@ class EulerLaw(Law):
         }
 
     def course(self, start: float) -> SwingEnd:
-        """Return the course of the half swing from rest at a signed arc [m]."""
+        """Return duration and end of the half swing from rest at a signed arc [m]."""
         return self._tables[start > 0.0](start)
 
     def place(self, start: FloatArray, time: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -139,7 +141,7 @@ class EulerLaw(Law):
 
 
 class SymmetricLaw(Law):
-    """Half swings on a curve whose branches are alike, by quadrature."""
+    """Half swings on a curve with equal branches, by quadrature."""
 
     def __init__(self, machine: FluidPendulum) -> None:
         self._machine, self._curve = machine, machine.curve
@@ -148,7 +150,7 @@ class SymmetricLaw(Law):
         self._grid = grid_for(self._curve, widest, far_end(self._curve, widest))
 
     def course(self, start: float) -> SwingEnd:
-        """Return the course of the half swing from rest at a signed arc [m]."""
+        """Return duration and end of the half swing from rest at a signed arc [m]."""
         excess, end = self._table(abs(start))
         return SwingEnd(excess, end if start > 0.0 else -end)
 
@@ -168,14 +170,14 @@ class SymmetricLaw(Law):
 
 
 class BranchedLaw(Law):
-    """Half swings over branches that differ, or with constant friction."""
+    """Half swings over different branches, or with constant friction."""
 
     def __init__(self, machine: FluidPendulum) -> None:
         self._ways = machine.both_ways(machine.release_arc)
         self._half_s = math.pi / machine.frequency
         self._tables: dict[bool, HalfSwingTable] = {}
         if machine.friction == 0.0 and not np.any(machine.curve.joints):
-            # smooth but at A, so that duration and end are smooth functions of the start
+            # smooth except at A: duration and end are smooth functions of the start
             start = machine.release_arc
             for widest in (start, self._swing(start)[1]):
                 self._tables[widest > 0.0] = HalfSwingTable(self._swing, widest)
@@ -185,12 +187,12 @@ class BranchedLaw(Law):
         return course.duration / self._half_s - 1.0, course.end
 
     def course(self, start: float) -> SwingEnd:
-        """Return the course of the half swing from rest at a signed arc [m]."""
+        """Return duration and end of the half swing from rest at a signed arc [m]."""
         table = self._tables.get(start > 0.0)
         return SwingEnd(*self._swing(start)) if table is None else table(start)
 
     def with_friction(self, start: FloatArray, slope: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return both, as `BothWays` has them."""
+        """Return both as `BothWays` does."""
         return self._ways.with_friction(start, slope)
 
     def place(self, start: FloatArray, time: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -214,32 +216,31 @@ def _sum(series: list[float], x: float) -> float:
 
 
 # -----------------------------------------------------------------------------
-# A body on a curve in a fluid, half swing after half swing, without a step inside any.
+# A body on a curve in a fluid, one half swing after another.
 #
-# The fluid shortens each half swing, so that they must be computed one after the other; the
-# body's place within one is then known at once (`place`). A half swing begins at rest at a
-# signed arc. The state is this arc and the instant, a whole number of nanoseconds and a fraction,
-# so that the instant keeps its digits however long the run.
+# Each half swing starts from the end of the last, which the fluid has shortened, at rest at a
+# signed arc. The state is this arc and the instant, as a whole number of nanoseconds and a
+# fraction: the instant keeps its digits in a run of any length.
 #
-# `Motion.angle` is the arc s [m], `rate` ds/dt [m/s], `torque` the force of the weight in
-# the fluid along the curve [N]; the phase is that of reading.md: (s, −ṡ/ω) with ω = √(g/f).
-# With friction arcs count from the point where nothing pulls the body along, until it is held.
+# `Motion.angle` is the arc s [m], `rate` ds/dt [m/s], `torque` the force of the weight in the
+# fluid along the curve [N]. The phase is defined as in reading.md: (s, −ṡ/ω) with ω = √(g/f). With
+# friction, arcs count from the point of zero net force until the body is held.
 
 
-# Beyond every instant of a run [ns].
+# Later than every instant of a run [ns].
 _NEVER_NS = 2**63
 
 
 @dataclass
 class _Now:
-    """The half swing under way."""
+    """The present half swing."""
 
     count: int
-    """Half swings before it."""
+    """Number of half swings before it."""
     start: float
-    """Signed arc at which it began [m]."""
+    """Signed arc at its beginning [m]."""
     begin_ns: int
-    """When it began, from the release: whole nanoseconds …"""
+    """Its beginning, from the release: whole nanoseconds …"""
     begin_rest: float
     """… and the fraction, 0 ≤ fraction < 1."""
 
@@ -247,7 +248,7 @@ class _Now:
 class HalfSwings:
     """Propagator of a body in a fluid, released at rest away from A, on a platform at rest.
 
-    Raises a PropagationError for a fluid that resists too strongly for the series.
+    Raises a PropagationError if the fluid resists too strongly for the series.
     """
 
     name = 'half_swings'
@@ -275,7 +276,7 @@ class HalfSwings:
         return self._motion_at(forcing.end_ns[forcing.logged])
 
     def state(self) -> State:
-        """Return the half swing under way."""
+        """Return the present half swing."""
         return asdict(self._now)
 
     def restore(self, state: State) -> None:
@@ -284,7 +285,7 @@ class HalfSwings:
         self._course = self._law.course(self._now.start)
 
     def _motion_at(self, time_ns: IntArray) -> Motion:
-        """Return the motion at times that do not decrease [ns], (n,)."""
+        """Return the motion at non-decreasing times [ns], (n,)."""
         count = np.empty(len(time_ns), np.int64)
         start, time = np.empty(len(time_ns)), np.empty(len(time_ns))
         for row, instant in enumerate(time_ns.tolist()):
@@ -301,13 +302,13 @@ class HalfSwings:
         drag = curve.kappa * rate * np.abs(rate)
         if machine.viscous:
             drag = drag + machine.viscous * rate
-        # a resistance ∝ v takes so much from each swing that the arc underflows one day
+        # a resistance ∝ v takes the same share from each swing: one day the arc underflows
         middle, pull, widest = np.zeros_like(arc), slope, np.where(start == 0.0, 1.0, start)
         if machine.friction:
             middle, pull = self._law.with_friction(start, slope)
             widest = np.where(start == middle, 1.0, start - middle)
         acceleration = -curve.gamma * machine.gravity * pull - drag
-        # divided by the amplitude, so that no square underflows
+        # divided by the amplitude, to keep squares from underflowing
         x, y = (arc - middle) / widest, np.maximum(-rate / (omega * widest), 0.0)
         turned = np.arctan2(y, x) / math.pi
         square = x * x + y * y
@@ -323,8 +324,8 @@ class HalfSwings:
         )
 
     def _next(self, now: _Now, course: SwingEnd) -> _Now:
-        """Return the half swing after the one under way."""
-        if math.isinf(course.excess):  # friction holds it for ever
+        """Return the half swing after this one."""
+        if math.isinf(course.excess):  # friction holds it forever
             return _Now(now.count + 1, course.end, _NEVER_NS, 0.0)
         excess = course.excess * (self._half_ns + self._half_rest)
         fraction_ns = now.begin_rest + self._half_rest + excess

@@ -1,14 +1,12 @@
-"""The wheel in a linear well on a moving ship or with viscous drag: exact steps of `linear`.
+"""The wheel in a linear well on a moving ship or with viscous drag, by exact steps of `linear`.
 
-First the passages: zero upwards (a turn), zero (a beat), the cam's edge. Then the propagator.
-
-Such are Euler's second cam drawn by a force, a spring's own cam, and any linear lever arm t = t'ϑ
-under a constant pull F whose neutral line is the case's. With α_c the tilt of the case, the
+Examples are Euler's second cam driven by a force, a spring's own cam, and any linear lever arm t =
+t'ϑ under a constant pull F if the case carries the neutral line. With the case's tilt α_c, the
 absolute angle ψ = θ + α_c and viscous drag c₁, (machine_at_sea.1) becomes
 
     ψ̈ + 2δψ̇ + ω₀²ψ = ω₀²α_c + 2δα̇_c,    2δ = c₁/I,    ω₀² = F t'/I,
 
-that is ż = (iω − δ) z + ω₀²u + 2δu̇ with u = α_c, z = ψ̇ + δψ + iωψ and ω² = ω₀² − δ² > 0.
+or ż = (iω − δ) z + ω₀²u + 2δu̇ with u = α_c, z = ψ̇ + δψ + iωψ and ω² = ω₀² − δ² > 0.
 """
 
 from __future__ import annotations
@@ -63,12 +61,12 @@ from tauto_core.samples import FloatArray, IntArray, Stateful
 # -----------------------------------------------------------------------------
 # Passages of the wheel in a linear well: zero upwards (a turn), zero (a beat), the cam's edge.
 #
-# Its angle in the case is θ = Im z/ω − u, its rate θ̇ = Re z − δ Im z/ω − u̇, with u the tilt of
-# the case and z of `linear`. On a calm span, where the swing |z| outweighs the tilt and the
-# forcing by the bounds below, the direction of (θ, −θ̇/ω₀) in the phase plane keeps within 45° of
-# that of the swing alone, (Im z, −Re z). Over any number of calm spans the turns then follow from
-# ωt and the directions at both ends. Elsewhere passages are counted one by one, in short parts of
-# each span. An angle of exactly zero counts as positive.
+# The angle in the case is θ = Im z/ω − u, its rate θ̇ = Re z − δ Im z/ω − u̇, with u the tilt of
+# the case and z of `linear`. On a calm span the swing |z| outweighs tilt and forcing by the bounds
+# below. In the phase plane the direction of (θ, −θ̇/ω₀) then stays within 45° of the swing's own,
+# (Im z, −Re z), and over any number of calm spans ωt and the directions at both ends give the
+# turns. On other spans passages are counted one by one, in short parts. An angle of exactly zero
+# counts as positive.
 
 WHEEL_STATE = [
     *STATE,
@@ -88,49 +86,51 @@ class WheelState(Swing, Protocol):
 
 
 BEYOND_SAMPLES = 1.5
-"""Least bound of u, and of u̇, between samples, as a multiple of the largest sample.
+"""Smallest bound of u, and of u̇, between samples, over the largest sample.
 
-A motion whose shortest wave has n samples exceeds the largest of all its samples by at most the
+A motion with at least n samples in its shortest wave exceeds its largest sample by at most the
 factor 1/cos(π/n), which is 1.5 for n = 3.7 (for trigonometric polynomials: H. Ehlich, K. Zeller,
-Math. Z. 86 (1964) 41). Whether the motion is as fine as that is checked on the samples (`_rough`).
-A bound that holds for every polynomial over eight samples, h apart, would be too large to be of
-use: 9 max |u| + 14 h max |u̇|.
+Math. Z. 86 (1964) 41). `_rough` checks the samples for that. A bound for all polynomials over
+eight samples, h apart, would be useless: 9 max |u| + 14 h max |u̇|.
 """
 
 BEYOND_ROUGH = 4.0
-"""How far u may rise above its samples, as a multiple of how far one of these lies from the cubic
-of its neighbours. A wave of n samples rises by 1.4 of that with n = 3.7, by 1.3 with n = 2.5, by
-3.7 with n = 2.1.
+"""Bound of the rise of u above its samples, over the largest deviation from neighbours' cubics.
+
+A wave of n samples rises by 1.4 of that deviation if n = 3.7, by 1.3 if n = 2.5, by 3.7 if n =
+2.1.
 """
 
 CALM_FORCING = 0.5
-"""Largest |b| on a calm span, as a share of |Y|: that turns Y by 30° at most."""
+"""Largest |b| on a calm span, as a share of |Y|. It turns Y by 30° at most."""
 
 CALM_TILT = 0.7
 """Largest bound of (u, u̇/ω₀) on a calm span, as a share of the swing: sin 45°, rounded down."""
 
 CALM_DAMPING = 0.1
-"""Largest δ/ω₀ at which spans may be calm: beyond it a swing may die away within a span."""
+"""Largest δ/ω₀ of calm spans. With more, a swing may decay within a span."""
 
 CALM_GROWTH = 1.5
-"""Bound of the swing within a calm span, as a multiple of the larger one of its ends."""
+"""Bound of the swing within a calm span, as a multiple of the larger swing at its ends."""
 
 ANGLE_ROUNDING = 2.0**-44
-"""Rounding of θ, as a share of the tilt and of the swing that is counted from the vertical."""
+"""Rounding of θ, as a share of the tilt and of the swing from the vertical."""
 
 TOUCHING = 1e-300
-"""Size of θ that counts as a touch of zero: a wheel that comes to zero and to rest together, to
-rounding, does not pass, and its sign is that of θ̈. So it is in a roll whose period is a multiple
-of the wheel's, which takes a release at 0 back to where it was.
+"""|θ| that stands for a touch of zero.
+
+A wheel that reaches zero and rest together, to rounding, does not pass. It gets the sign of θ̈.
+This happens if the roll's period is a multiple of the wheel's and the release is at 0.
 """
 
 BETWEEN = 1e-6
-"""Error of θ within a part (`_within`), as a share of |θ̈| at its ends times the square of its
-length; an angle that comes less far beyond zero there does not pass.
+"""Error of θ within a part (`_within`), over |θ̈| at its ends times its length squared.
+
+A smaller excursion beyond zero does not count as a passage.
 """
 
 NEARLY_EDGE = 1.0 - 1e-12
-"""Share of the edge from which on an amplitude may reach it, to rounding."""
+"""Share of the edge above which an amplitude may reach it, to rounding."""
 
 HALF_TURNS_PER_RADIAN = 1.0 / math.pi
 EDGE_TRIALS = 64
@@ -141,7 +141,7 @@ PART_HALVINGS = 40
 
 
 class LinearWell(NamedTuple):
-    """The well that the wheel swings in.
+    """The well of the wheel.
 
     Attributes:
         of: the oscillator of z.
@@ -158,10 +158,10 @@ class Angle(NamedTuple):
     """The wheel at an instant.
 
     Attributes:
-        angle: θ [rad]; ±`TOUCHING` where it touches zero.
+        angle: θ [rad], ±`TOUCHING` if it touches zero.
         rate: θ̇ [rad/s].
         bend: θ̈ [rad/s2].
-        rounding: by how much θ may be wrong [rad].
+        rounding: error bound of θ [rad].
     """
 
     angle: float
@@ -170,7 +170,7 @@ class Angle(NamedTuple):
     rounding: float
 
     def direction(self, omega0: float) -> float:
-        """Return the angle of (θ, −θ̇/ω₀) in [−½, 3/2) half turns, as `forcing.polar` has it."""
+        """Return the angle of (θ, −θ̇/ω₀) in [−½, 3/2) half turns, as `forcing.polar` does."""
         turns = math.atan2(0.0 - self.rate, omega0 * self.angle) * HALF_TURNS_PER_RADIAN
         return turns + 2.0 if turns < 0.0 and self.angle < 0.0 else turns
 
@@ -185,18 +185,18 @@ def count_passages(
     wheel: WheelState,
     counts: IntArray,
 ) -> tuple[bool, int, float]:
-    """Count passages over spans as propagated; set θ, θ̇, θ̈ and the counters to those at the end.
+    """Count passages over propagated spans, and update θ, θ̇, θ̈ and the counters.
 
-    `step_s` is the time between the samples of a window, `wheel` a record of `WHEEL_STATE`.
-    `counts` is filled with turns and beats at the logged ends, and the sign of θ where it touches
-    zero there, else 0, (logged, 3). Returns whether the edge is reached, and the span
-    and the fraction of it where that happens.
+    `step_s` is the interval between the samples of a window, `wheel` a record of `WHEEL_STATE`.
+    `counts` gets turns and beats at the logged ends, and the sign of θ if it touches zero there,
+    else 0, (logged, 3). Returns whether the edge is reached, in which span, and at which fraction
+    of it.
     """
     y, n, written = path.y, len(logged), 0
     rough = _rough(well.omega0, spans.u, step_s)
     bound = _bound_of_all(well.omega0, spans.u, rough)
-    # Over a run of calm spans Y turns by at most 45°, and 30° more in the last one. With the 45°
-    # that the tilt adds at both ends this is less than half a turn, so that the count is unique.
+    # Over a run of calm spans Y turns by at most 45°, and by 30° more in the last one. The tilt
+    # adds 45° at both ends. The sum is below half a turn, hence the count is unique.
     begun, at_begin = 0, Angle(wheel.angle, wheel.rate, wheel.bend, 0.0)
     for k in range(n):
         calm = _is_calm(well, spans, path, k, bound, rough)
@@ -237,7 +237,7 @@ def _angle_of(
     frame: tuple[float, float],
     tilt: tuple[float, float, float],
 ) -> Angle:
-    """Return the wheel at an instant; where it touches zero, on the side that it stays on.
+    """Return the wheel at an instant. A touch of zero gets the side on which it stays.
 
     `y` is (Re Y, Im Y), `frame` (cos ωt, sin ωt), and `tilt` (u, u̇, ü).
     """
@@ -266,14 +266,14 @@ def _is_calm(
 ) -> bool:
     """Return whether the swing outweighs tilt and forcing over a span, away from the edge.
 
-    `bound` is that of (u, u̇/ω₀) over all spans that samples determine.
+    `bound` bounds (u, u̇/ω₀) over all spans that samples determine.
     """
     re, im, square = path.span[k, B_RE], path.span[k, B_IM], _square(path.y, k)
     if well.of.delta > CALM_DAMPING * well.omega0:
         return False
     if not re * re + im * im < CALM_FORCING**2 * square:
         return False
-    # the bound of this span alone costs more, and is needed where another span has a large tilt
+    # this span's own bound costs more, and is needed if another span has a large tilt
     sampled = spans.u is not None and spans.u.sample[k] >= 0
     if sampled and _outweighs(well, square, _square(path.y, k + 1), bound):
         return True
@@ -283,9 +283,9 @@ def _is_calm(
 
 @inlined
 def _outweighs(well: LinearWell, square_begin: float, square_end: float, bound: float) -> bool:
-    """Return whether a swing outweighs a tilt, and both together do not reach the edge.
+    """Return whether a swing outweighs a tilt, and both together stay off the edge.
 
-    `square_begin` and `square_end` are |Y|² at both ends of a span, `bound` that of (u, u̇/ω₀).
+    `square_begin` and `square_end` are |Y|² at the ends of a span, `bound` bounds (u, u̇/ω₀).
     """
     squared, room = well.of.omega * well.of.omega, well.edge - bound
     if not bound * bound * squared <= CALM_TILT**2 * min(square_begin, square_end):
@@ -295,16 +295,16 @@ def _outweighs(well: LinearWell, square_begin: float, square_end: float, bound: 
 
 @compiled
 def _rough(omega0: float, u: Polynomials | None, step_s: float) -> float:
-    """Return by how much (u, u̇/ω₀) may rise above its samples between them.
+    """Return a bound of the rise of (u, u̇/ω₀) above its samples.
 
-    Each sample is compared with the cubic through its two neighbours, h before and after it. A
-    wave that passes between the samples has at most the frequency π/h.
+    Each sample is compared with the cubic through its two neighbours at a distance h. A wave that
+    passes between the samples has at most the frequency π/h.
     """
     if u is None:
         return 0.0
     values, rates, roughness = u.values, u.rates, 0.0
     for i in range(1, len(values) - 1):
-        # Hermite's cubic at the middle of 2h, and h times its slope there
+        # Hermite's cubic at the middle of 2h, and h times its slope
         value = 0.5 * (values[i - 1] + values[i + 1]) + 0.25 * step_s * (
             rates[i - 1] - rates[i + 1]
         )
@@ -318,7 +318,7 @@ def _rough(omega0: float, u: Polynomials | None, step_s: float) -> float:
 
 @compiled
 def _bound_of_all(omega0: float, u: Polynomials | None, rough: float) -> float:
-    """Return a bound of the length of (u, u̇/ω₀) over all spans that samples determine."""
+    """Return a bound of |(u, u̇/ω₀)| over all spans that samples determine."""
     if u is None:
         return 0.0
     values, rates = u.values, u.rates
@@ -334,7 +334,7 @@ def _bound_of_all(omega0: float, u: Polynomials | None, rough: float) -> float:
 
 @compiled
 def _bound_of_span(omega0: float, spans: DrivenSpans, k: int, rough: float) -> float:
-    """Return a bound of the length of (u, u̇/ω₀) over a span."""
+    """Return a bound of |(u, u̇/ω₀)| over a span."""
     if spans.u is None:
         return 0.0
     values, rates, sample, fitted = spans.u
@@ -364,10 +364,10 @@ def _count_run(
     end: Angle,
     wheel: WheelState,
 ) -> None:
-    """Count the passages of a run of calm spans, from before the first to after the last.
+    """Count the passages of a run of calm spans.
 
-    (θ, −θ̇/ω₀) has turned by ωt but for less than half a turn, and that and its directions at both
-    ends give the whole turns. It passes θ = 0 upwards only where θ̇ > 0, and so once a turn.
+    (θ, −θ̇/ω₀) turns by ωt to within half a turn, and its directions at both ends give the whole
+    turns. It passes θ = 0 upwards only if θ̇ > 0, hence once per turn.
     """
     begin_ns = spans.end_ns[first_span - 1] if first_span > 0 else spans.begin_ns
     turned = well.of.omega * HALF_TURNS_PER_RADIAN * 1e-9 * (spans.end_ns[last_span] - begin_ns)
@@ -387,7 +387,7 @@ def _count_in_parts(
     at_end: Angle,
     wheel: WheelState,
 ) -> float:
-    """Count the passages of span k part by part; return its fraction at the cam's edge, or 2."""
+    """Count the passages of span k part by part. Return its fraction at the cam's edge, or 2."""
     of, shape, (y, frame, _) = well.of, spans.shape[k], path
     parts, first_part = spans.responses.parts[shape], spans.responses.first_part[shape]
     step = spans.responses.time_s[shape] / parts
@@ -417,7 +417,7 @@ def _count_in_parts(
 
 @compiled
 def _count_part(well: LinearWell, step: float, then: Angle, now: Angle, wheel: WheelState) -> None:
-    """Count the passages of θ in a part [s]; leaving zero from rest does not count."""
+    """Count the passages of θ in a part [s]. Leaving zero from rest does not count."""
     below, below_now = then.angle < 0.0, now.angle < 0.0
     if below != below_now:
         wheel.turns += 1 if below else 0
@@ -433,8 +433,8 @@ def _count_part(well: LinearWell, step: float, then: Angle, now: Angle, wheel: W
 def _returns(well: LinearWell, step: float, then: Angle, now: Angle) -> bool:
     """Return whether θ passes zero and comes back within a part.
 
-    θ has the same sign at both ends, moves towards zero at the first and away at the second. Where
-    it turns back is found by bisection of the sign of θ̇.
+    θ has the same sign at both ends. It moves towards zero at the first and away at the second.
+    Bisection of the sign of θ̇ finds the turning point.
     """
     a, b, below = 0.0, 1.0, then.angle < 0.0
     unsure = now.rounding + BETWEEN * (abs(then.bend) + abs(now.bend)) * step * step
@@ -448,7 +448,7 @@ def _returns(well: LinearWell, step: float, then: Angle, now: Angle) -> bool:
 
 
 class WatchEdge(NamedTuple):
-    """The condition that |θ| exceeds the edge, within a part."""
+    """The condition |θ| > edge within a part."""
 
     well: LinearWell
     step: float
@@ -464,9 +464,9 @@ class WatchEdge(NamedTuple):
 def _within(well: LinearWell, step: float, then: Angle, now: Angle, x: float) -> Angle:
     """Return the wheel at the fraction x of a part.
 
-    θ is a free swing and the response to the acceleration of the case. The latter is taken as the
-    quintic that has its value and its first two derivatives at both ends. Over a part of 0.35 rad
-    that errs by at most 4e-8 (1 + Ω²/ω₀² + Ω⁴/ω₀⁴) |α̈|/ω₀² for an acceleration α̈ of frequency Ω
+    θ is a free swing plus the response to the case's acceleration. The response is taken as the
+    quintic with the right value and first two derivatives at both ends. Over a part of 0.35 rad
+    the error is at most 4e-8 (1 + Ω²/ω₀² + Ω⁴/ω₀⁴) |α̈|/ω₀² for an acceleration α̈ of frequency Ω
     (remainder of Hermite interpolation, (ω₀h)⁶/46080).
     """
     end, free = _free_swing(well, step, then), _free_swing(well, x * step, then)
@@ -486,7 +486,7 @@ def _within(well: LinearWell, step: float, then: Angle, now: Angle, x: float) ->
 
 @compiled
 def _free_swing(well: LinearWell, s: float, then: Angle) -> Angle:
-    """Return the wheel after s seconds in a case that turns uniformly: θ̈ = −2δθ̇ − ω₀²θ."""
+    """Return the wheel after s seconds in a uniformly turning case: θ̈ = −2δθ̇ − ω₀²θ."""
     omega, delta, angle, rate = well.of.omega, well.of.delta, then.angle, then.rate
     square = well.omega0 * well.omega0
     cosine, sine, decay = math.cos(omega * s), math.sin(omega * s), math.exp(-delta * s)
@@ -496,7 +496,7 @@ def _free_swing(well: LinearWell, s: float, then: Angle) -> Angle:
 
 
 class ForcedHarmonic(Stateful):
-    """Propagator of a linear well whose neutral line is the case's, underdamped."""
+    """Propagator of an underdamped linear well whose neutral line moves with the case."""
 
     name = 'forced_harmonic'
     state_names = ('wheel', 'time_ns', 'start_angle')
@@ -523,7 +523,7 @@ class ForcedHarmonic(Stateful):
         angle = machine.release_angle
         if not abs(angle) <= machine.cam.range_rad:
             raise released_beyond(machine, angle)
-        # the window of a run's first piece lies on one side, so that coefficients determine it
+        # the window of a run's first piece is one-sided: coefficients determine it
         u = _polynomials(forcing)
         line = Polynomial([0.0] if u is None else u.fitted[0])
         x, per_s = forcing.begin[0], 1.0 / forcing.length_s[0]
@@ -537,14 +537,14 @@ class ForcedHarmonic(Stateful):
         return self._motion(*at, np.zeros((1, 3), np.int64))
 
     def advance(self, forcing: Forcing) -> Motion:
-        """Advance over the spans; return the motion at their logged ends.
+        """Advance over the spans and return the motion at their logged ends.
 
         Raises a PropagationError at the edge of the cam.
         """
         of, window, neutral = self._well.of, forcing.window, forcing.neutral
         nodes: tuple[float, ...] = ()
         width, sampled = 0, np.zeros(len(forcing.end), np.bool_)
-        # the time between the samples of a window; where there are none it is not asked for
+        # interval between the samples of a window, unused if there is none
         step_s = 1.0
         if window is not None:
             nodes, width, sampled = (window.nodes, 2 * len(window.nodes), window.line.sample >= 0)
@@ -586,7 +586,7 @@ class ForcedHarmonic(Stateful):
     ) -> Motion:
         """Return the motion from θ, θ̇, θ̈ and the counts of `count_passages`."""
         machine, touches = self._machine, counts[:, 2]
-        # rounding decides on the direction of a wheel that all but rests in the middle
+        # for a wheel that almost rests in the middle, rounding decides the direction
         counted = np.where(touches == 0, angle, TOUCHING * touches)
         turn_angle = within_turn(machine, counted, np.where(touches == 0, rate, 0.0), acceleration)
         half_turns, fraction = since_start(counts[:, 0], turn_angle, self._start_angle)
@@ -602,7 +602,7 @@ class ForcedHarmonic(Stateful):
 
 
 def _polynomials(forcing: Forcing) -> Polynomials | None:
-    """Return α_c over each span; None if it does not move."""
+    """Return α_c over each span, or `None` if it does not move."""
     window, neutral = forcing.window, forcing.neutral
     if window is not None:
         return window.line

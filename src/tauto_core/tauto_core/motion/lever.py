@@ -68,36 +68,37 @@ if TYPE_CHECKING:
 # -----------------------------------------------------------------------------
 # Sully's lever machine along its arc: the functions that steps need, as Chebyshev series.
 #
-# θ is the angle of the wheel, β that of the lever (β_l in machine_at_sea.3), I and J
-# their moments of inertia, M = I + J (dβ/dθ)². Along the arc s = ∫√(M/I) dθ the inertia is one:
-# with j = J/I the pair n = dθ/ds, w = √j dβ/ds is a unit vector (cos χ, sin χ). What steps need
-# are n, w, χ' = dχ/ds, cos β, sin β and θ. As functions of s they are smooth up to a dead point
-# and beyond it, where functions of θ are singular.
+# θ is the angle of the wheel, β the angle of the lever (β_l in machine_at_sea.3), I and J their
+# moments of inertia, M = I + J (dβ/dθ)². Along the arc s = ∫√(M/I) dθ the inertia is one. With j =
+# J/I the pair n = dθ/ds, w = √j dβ/ds is a unit vector (cos χ, sin χ). Steps need n, w, χ' =
+# dχ/ds, cos β, sin β and θ. Functions of θ are singular at a dead point. Functions of s are smooth
+# there and beyond.
 
 ARC_FUNCTIONS = 0, 1, 2, 3, 4, 5
-"""Columns of the series: n, w, χ', cos β, sin β, θ; F(H)/F(0) cos β of a pull F without mass."""
+"""Columns: n, w, χ', cos β, sin β, θ. A force law F multiplies cos β by F(H)/F(0)."""
 
 AT_NODES = 0, 1, 2, 3, 4
-"""Those that the nodes of a step need: all but θ."""
+"""Columns that the nodes of a step need: all except θ."""
 
 FEWEST_SHAPE_TERMS, MOST_SHAPE_TERMS = 16, 128
-"""Numbers of terms tried for the functions of s."""
+"""Fewest and most terms of the functions of s."""
 
 MOST_TERMS_OF_ARC = 1024
-"""The same for s as a function of τ, which is evaluated only while the series are made."""
+"""Most terms of s as a function of τ, which is evaluated only to make the series."""
 
 SHAPE_TAIL = 2.0**-48
-"""Largest of the last four coefficients, relative to the largest one, of a complete series."""
+"""A series is complete if its last four coefficients are below this share of the largest."""
 
 TAIL_OF_LAW = 2.0**-40
-"""The same where a force through points pulls: its spline has joints at which rounding is far."""
+"""The same for a force through points: the joints of its spline keep the tail above rounding."""
 
 MOST_GROWN = 64.0
-"""Largest sum of the coefficients of powers, relative to the largest one of the Chebyshev series:
-so much more than a rounding do powers lose at most by cancellation.
+"""Largest sum of a power series' coefficients over the largest Chebyshev coefficient.
+
+This bounds the rounding that cancellation amplifies.
 """
 
-# Most iterations of Newton's method for τ of s; it converges in a few.
+# Most Newton iterations for τ(s). A few suffice.
 _NEWTON = 60
 
 
@@ -108,7 +109,7 @@ class Series(NamedTuple):
         middle: middle of the interval.
         half_width: half its length.
         per_half: 1/half_width.
-        terms: coefficients of T_k(x), x = (s − middle)/half_width: a row for each k, of six
+        terms: coefficients of T_k(x), x = (s − middle)/half_width, one row per k with six
             functions and two zeros, (n, 8).
     """
 
@@ -119,7 +120,7 @@ class Series(NamedTuple):
 
 
 class Powers(NamedTuple):
-    """The functions of `Series` as sums of terms · x^k, which take half as many operations."""
+    """The functions of `Series` as sums of terms · x^k, at half the operations."""
 
     middle: float
     half_width: float
@@ -132,8 +133,8 @@ class ArcSeries(NamedTuple):
 
     Attributes:
         near_rest: about rest, over the usual range of motion or less.
-        full: as far as the geometry allows; where that takes too many terms, over the usual range
-            (`wells.REACH_PER_RELEASE`).
+        full: over the whole geometry, or over the usual range (`wells.REACH_PER_RELEASE`) if the
+            geometry needs too many terms.
     """
 
     near_rest: Series | Powers
@@ -143,17 +144,20 @@ class ArcSeries(NamedTuple):
 def arc_series(
     machine: LeverMachine, allowed: float = 0.0, per_release: float = REACH_PER_RELEASE
 ) -> ArcSeries:
-    """Return the series of a machine, to an error relative to the largest coefficient.
+    """Return the series of a machine.
 
-    An error `allowed` below rounding gives rounding. `near` is over `per_release` times the
-    release, and 0.1 rad. Raises a PropagationError where the inertia
-    changes too abruptly for `MOST_SHAPE_TERMS`.
+    Args:
+        machine: the machine.
+        allowed: error relative to the largest coefficient. Below rounding it has no effect.
+        per_release: reach of `near_rest` over the release angle, plus 0.1 rad.
+
+    Raises a PropagationError if the inertia changes too abruptly for `MOST_SHAPE_TERMS`.
     """
     low, high = machine.edges
     arc = _arc_of_tau(machine, low, high)
 
     def within(per_release: float) -> Series | None:
-        # 0.1 rad for a wheel that is released at rest, which only the ship sets off
+        # 0.1 rad serves a wheel that is released at rest and moved by the ship only
         reach = per_release * abs(machine.release_angle) + 0.1
         edges = np.clip(np.array([-reach, reach]), *machine.sides)
         inner = machine.geometry.tau_of(edges)
@@ -174,7 +178,7 @@ def arc_series(
 
 
 def _shortened(series: Series, allowed: float) -> Series:
-    """Leave out the last terms whose sum stays below the error allowed."""
+    """Drop the last terms, as long as their sum stays below the error allowed."""
     size = np.abs(series.terms[:, list(ARC_FUNCTIONS)])
     tails = np.cumsum(size[::-1], axis=0)[::-1] / np.max(size, axis=0)
     needed = max(2, int(np.count_nonzero(np.max(tails, axis=1) > allowed)))
@@ -189,7 +193,7 @@ def _in_rows(terms: FloatArray) -> FloatArray:
 
 
 def _in_powers(series: Series) -> Series | Powers:
-    """Return a series in powers, unless they grow so large that digits would cancel."""
+    """Return a series in powers, unless cancellation would cost digits."""
     terms = np.zeros_like(series.terms)
     for i in ARC_FUNCTIONS:
         powers = chebyshev.cheb2poly(series.terms[:, i])
@@ -201,7 +205,7 @@ def _in_powers(series: Series) -> Series | Powers:
 
 
 def _arc_of_tau(machine: LeverMachine, low: float, high: float) -> chebyshev.Chebyshev:
-    """Return s, 0 at rest, as a series of τ, the parameter of the geometry."""
+    """Return s(τ), 0 at rest, as a series in τ, the parameter of the geometry."""
     root = math.sqrt(machine.inertia)
     slope = _complete(
         lambda tau: machine.arc_slope(tau)[None] / root, low, high, MOST_TERMS_OF_ARC
@@ -219,7 +223,7 @@ def _arc_of_tau(machine: LeverMachine, low: float, high: float) -> chebyshev.Che
 def _series(
     machine: LeverMachine, arc: chebyshev.Chebyshev, low: float, high: float
 ) -> Series | None:
-    """Return the functions between two values of τ; None if they take too many terms."""
+    """Return the functions between two values of τ, or `None` if they take too many terms."""
     begin, end = float(arc(low)), float(arc(high))
     slope = arc.deriv()
 
@@ -229,18 +233,18 @@ def _series(
             change = (arc(tau) - s) / slope(tau)
             tau = np.clip(tau - change, low, high)
             if np.max(np.abs(change)) <= 1e-12 * (high - low):
-                # convergence is quadratic, so that the next change would be rounding
+                # convergence is quadratic: the next change would be rounding
                 break
         shape = machine.geometry
         ratio, ratio_slope = shape.slopes(tau)
-        # with the fulcrum to port the lever turns by −β, in the sense in which θ counts
+        # with the fulcrum to port the lever turns by −β, counted in the sense of θ
         root_j = shape.side * math.sqrt(machine.turned_inertia / machine.inertia)
         # with b = dβ/dθ: n = 1/√(1 + jb²), w = √j bn and χ′ = √j n³ db/dθ
         n = 1.0 / np.hypot(1.0, root_j * ratio)
         w, beta = root_j * ratio * n, shape.pose(tau).beta
         chi_slope = root_j * ratio_slope * n**3
         sine = shape.side * np.sin(beta)
-        # a pull that depends on the draw acts as a constant one on a longer or shorter lever
+        # a pull that depends on the draw acts as a constant pull on a lever of another length
         cosine = np.cos(beta) if machine.law is None else np.cos(beta) * machine.strength(tau)
         return np.stack([n, w, chi_slope, cosine, sine, shape.theta(tau)])
 
@@ -259,7 +263,7 @@ def _complete(
     most_terms: int,
     tail: float = SHAPE_TAIL,
 ) -> FloatArray | None:
-    """Return Chebyshev coefficients on an interval to their tail, (m, n); None: too many."""
+    """Return complete Chebyshev coefficients on an interval, (m, n), or `None` if too many."""
 
     def series(terms: int) -> FloatArray:
         places = 0.5 * (low + high) + 0.5 * (high - low) * chebyshev_nodes(terms)
@@ -273,28 +277,28 @@ def _complete(
 
 
 # -----------------------------------------------------------------------------
-# Sully's lever machine in one rotating plane, with the arc for its coordinate.
+# Sully's lever machine in one rotating plane, with the arc as coordinate.
 #
-# With s, n, w, χ', β and j of `arc_series`, κ = (m AD − m′AE)/√(IJ), A = n + √j w, and the
-# tilt of the case α = β_v − τ, where β_v is the direction of the apparent vertical and τ its
-# tilt in the case, (machine_at_sea.3) becomes
+# s, n, w, χ', β and j are as in `arc_series`, κ = (m AD − m′AE)/√(IJ) and A = n + √j w. The case's
+# tilt is α = β_v − τ, with β_v the direction of the apparent vertical and τ its tilt in the case.
+# (machine_at_sea.3) becomes
 #
 #     L/I = ½ṡ² + Aα̇ṡ + ½(1 + j)α̇² − √j κ g_eff sin(β − τ),    p = ṡ + Aα̇,
 #     (methods.3)   ṡ = p − Aα̇,    ṗ = ṡα̇ dA/ds − κ w g_eff cos(β − τ) − n · drag,
 #
-# with dA/ds = χ'(√j n − w): no second derivative of the ship's motion is needed. X is s, ωY is p.
-# g_eff and β_v are those at the fulcrum. With the fulcrum to port the lever turns by −β: sin β, w
-# and χ' of the series change their sign, and κ with them.
+# with dA/ds = χ'(√j n − w), without second derivatives of the ship's motion. X is s, ωY is p.
+# g_eff and β_v are taken at the fulcrum. With the fulcrum to port the lever turns by −β, and sin
+# β, w, χ' and κ change sign.
 
 LEVER_NODES = 'alpha_rate', 'alpha_bend', 'g_up', 'g_across'
-"""Rows of α̇, α̈ and of apparent gravity along and across the case at the nodes.
+"""Rows of the nodes: α̇, α̈ and the apparent gravity along and across the case.
 
-These are g_eff cos τ and g_eff sin τ, with what acts beside g_eff near weightlessness.
+The latter are g_eff cos τ and g_eff sin τ, plus the transverse part near weightlessness.
 """
 
 
 class LeverNodes(Protocol):
-    """The rows LEVER_NODES."""
+    """Types of the rows LEVER_NODES."""
 
     alpha_rate: FloatArray
     alpha_bend: FloatArray
@@ -303,7 +307,7 @@ class LeverNodes(Protocol):
 
 
 class LeverOnArc(NamedTuple):
-    """The functions of the arc at one s, or at lanes of it: n, w, χ', cos β and sin β."""
+    """The functions of the arc at one s, or at lanes of s: n, w, χ', cos β and sin β."""
 
     n: Numeric
     w: Numeric
@@ -316,11 +320,11 @@ class _LeverNumbers(NamedTuple):
     """The constants of the equations.
 
     Attributes:
-        shape: the functions of the arc.
+        shape: functions of the arc.
         root_j: √j.
         kappa: κ [1/m], negative with the fulcrum to port.
-        on_wheel: the terms on the wheel besides the thread.
-        mirrored: True with the fulcrum to port, or None.
+        on_wheel: terms on the wheel other than the thread.
+        mirrored: True with the fulcrum to port, else `None`.
     """
 
     shape: ArcSeries
@@ -348,9 +352,9 @@ class SullyLever(_LeverNumbers, ThreadSystem):
     def keep_case(
         self, swing: FreeHalfSwing, k: int, at: Lanes, times: Lanes, initial: bool, work: Work
     ) -> None:
-        """Keep what `at_nodes` fills at the nodes of a free-end step, from x of span k at each.
+        """Keep the rows of `at_nodes` at the nodes of an event-to-event step, from x of span k.
 
-        The rows of the apparent gravity are that and the tilt until `complete_case`.
+        Until `complete_case` the gravity rows hold g_eff and τ.
         """
         pieces, rates, nodes = swing.pieces, swing.rates, work.nodes
         if pieces.tilt is None or pieces.gravity is None:
@@ -370,7 +374,7 @@ class SullyLever(_LeverNumbers, ThreadSystem):
 
     @inlined
     def complete_case(self, work: Work) -> None:
-        """Turn apparent gravity and tilt at the nodes into its parts along and across the case."""
+        """Turn g_eff and tilt at the nodes into the apparent gravity along and across the case."""
         nodes: LeverNodes = work.nodes
         g_eff, tilt = row_of(nodes.g_up), row_of(nodes.g_across)
         sine, versine = sine_versine(tilt)
@@ -387,7 +391,7 @@ class SullyLever(_LeverNumbers, ThreadSystem):
         carried = alpha_rate * fma(self.root_j, at.w, at.n)
         speed = p - carried
         gravity = row_of(nodes.g_up) * at.cosine + row_of(nodes.g_across) * at.sine
-        # ṗ + ω²s: with ω²s first, the two large terms cancel before anything is added
+        # ṗ + ω²s: with ω²s first, the two large terms cancel before the rest is added
         pushed = (omega[0] * omega[0]) * s - (hot.kappa * at.w) * gravity
         extra = pushed + _turned(self, at, speed, alpha_rate)
         extra = extra - at.n * drag_on_wheel(hot.on_wheel, mode, at.n * speed)
@@ -413,10 +417,10 @@ class SullyLever(_LeverNumbers, ThreadSystem):
     def clear_square(
         self, omega: Omega, pieces: ForcingPieces, k: int, besides: float = 0.0
     ) -> float:
-        """Return the y² above which ṡ has the sign of y: the square of Aα̇/ω, with |A| ≤ √(1 + j).
+        """Return the y² above which ṡ has the sign of y: (Aα̇/ω)², with |A| ≤ √(1 + j).
 
-        θ is zero where s is, so that the tilt does not matter. With an angle `besides`, the swing
-        is clear of θ = ± that angle, too, at which |s| is about that over n.
+        θ and s vanish together, hence the tilt does not matter. With an angle `besides`, the swing
+        is also clear of θ = ± that angle, at |s| ≈ angle/n.
         """
         carried = case_bounds(pieces, k)[1] / omega[0]
         square = (1.0 + self.root_j * self.root_j) * (carried * carried)
@@ -426,7 +430,7 @@ class SullyLever(_LeverNumbers, ThreadSystem):
         return CLEAR * square
 
     def clear(self, square: float, omega: Omega, work: Work) -> bool:
-        """Return whether s² + y² exceeds that at all nodes."""
+        """Return whether s² + y² exceeds the bound at all nodes."""
         x, y = row_of(work.x), row_of(work.y)
         return lowest(x * x + y * y) > square
 
@@ -481,7 +485,7 @@ class SullyLever(_LeverNumbers, ThreadSystem):
 
 @inlined
 def lever_now(lever: SullyLever, at: Inputs) -> SullyLever:
-    """Return the lever with its numbers at an instant; as it is without heat."""
+    """Return the lever with its parameters at an instant, unchanged if heat does not act."""
     if lever.on_wheel.heat is None or at.hot is None:
         return lever
     return _with_numbers(lever, at.hot)
@@ -489,7 +493,7 @@ def lever_now(lever: SullyLever, at: Inputs) -> SullyLever:
 
 @inlined
 def _at_nodes(lever: SullyLever, work: Work) -> SullyLever:
-    """Return the lever with its numbers at the nodes of a step; as it is without heat."""
+    """Return the lever with its parameters at the nodes, unchanged if heat does not act."""
     if lever.on_wheel.heat is None:
         return lever
     return _with_numbers(lever, hot_at_nodes(work))
@@ -511,10 +515,10 @@ def _pushed(
     alpha_bend: Numeric,
     gravity: Numeric,
 ) -> tuple[Numeric, Numeric, Numeric]:
-    """Return s̈, the tension and the drag of ṡ and α̈, at the nodes of a step or at an instant.
+    """Return s̈, a number with the tension's sign, and the drag, from ṡ and α̈.
 
-    s̈ = −κ w g_eff cos(β − τ) − n · drag − Aα̈, by (methods.3). `a` is A, and `gravity` is g_eff
-    cos(β − τ). The tension is a quantity of its sign.
+    By (methods.3) s̈ = −κ w g_eff cos(β − τ) − n · drag − Aα̈. `a` is A, `gravity` g_eff cos(β −
+    τ). Serves the nodes of a step and single instants.
     """
     n, w = arc.n, arc.w
     drag = drag_on_wheel(lever.on_wheel, mode, n * speed)
@@ -532,7 +536,7 @@ def _turned(lever: SullyLever, arc: LeverOnArc, speed: Numeric, alpha_rate: Nume
 
 @inlined
 def _clenshaw(terms: FloatArray, x: Lanes) -> LeverOnArc:
-    """Return Σ terms_k T_k(x) of each function by Clenshaw's recurrence, side by side."""
+    """Return Σ terms_k T_k(x) of each function by Clenshaw's recurrence, in parallel."""
     twice, zero = 2.0 * x, filled(x, 0.0)
     sums = older = zero, zero, zero, zero, zero
     for j in range(terms.shape[0] - 1, 0, -1):
@@ -548,7 +552,7 @@ def _clenshaw(terms: FloatArray, x: Lanes) -> LeverOnArc:
 
 @inlined
 def _horner(terms: FloatArray, x: Lanes) -> LeverOnArc:
-    """Return Σ terms_k x^k of each function by Horner's scheme, side by side."""
+    """Return Σ terms_k x^k of each function by Horner's scheme, in parallel."""
     zero = filled(x, 0.0)
     sums = zero, zero, zero, zero, zero
     for j in range(terms.shape[0] - 1, -1, -1):

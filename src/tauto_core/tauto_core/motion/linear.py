@@ -1,13 +1,13 @@
-"""The exact solution of ż = (iω − δ) z + f: one step a span, however many swings it takes.
+"""The exact solution of ż = (iω − δ) z + f: one step per span, of any length.
 
-In the rotating frame, Y = e^{−iωt} z, variation of constants makes of a span of length h one sum
+In the rotating frame, Y = e^{−iωt} z, variation of constants turns a span of length h into one sum
 and one factor (methods.1):
 
     Y(t + h) = e^{−δh} (Y(t) + e^{−iωt} b),    b = ∫₀^h e^{(δ − iω)s} f(t + s) ds.
 
-f = a u + c u̇ of a polynomial u over the span, so that b is the product of constant rows with the
-numbers that determine u (`responses`). ωt is reduced exactly from the whole nanoseconds of t, so
-that only the rounding of the sums grows with the number of spans, and that sum is compensated.
+With f = a u + c u̇ and a polynomial u over the span, b is the product of constant rows with the
+numbers that determine u (`responses`). ωt is reduced exactly from the whole nanoseconds of t. Only
+the rounding of the sums grows with the number of spans, and the sum is compensated.
 
 The wheel in a linear well (`forced_harmonic`) and both modes of a suspended case (`AxleModes`)
 obey this equation.
@@ -33,9 +33,9 @@ from tauto_core.samples import FloatArray, IntArray
 # -----------------------------------------------------------------------------
 # Cosine and sine of angles that are whole numbers of 2⁻⁶⁴ turns.
 #
-# Whole turns fall off where the 64 bits overflow, so that an angle is as exact after a century as
-# at the start. Every angle is computed in the same order of operations, alone or in lanes: the
-# bits do not depend on how many are computed together.
+# Whole turns are the overflow of the 64 bits: an angle is as exact after a century as at the
+# start. Every angle takes the same operations in the same order, alone or in lanes, hence the bits
+# do not depend on the number of lanes.
 
 RADIANS_PER_UNIT = 2.0 * math.pi / 2.0**64
 SIGNED_INVERSE_FACTORIALS = tuple((-1) ** (k // 2) / math.factorial(k) for k in range(18))
@@ -48,22 +48,19 @@ HALF_WORD, LOW_HALF = np.uint64(32), np.uint64(2**32 - 1)
 def turns_at(time_ns: int, high: np.uint64, low: np.uint64) -> np.uint64:
     """Return the angle of a uniform rotation, less than three units too small [2⁻⁶⁴ turns].
 
-    The time since the angle was zero is ≥ 0 [ns]; `high` and `low` are the first and the next 64
+    `time_ns` ≥ 0 counts from the angle zero [ns]. `high` and `low` are the first and the next 64
     binary digits of the fraction of the turns per nanosecond.
     """
     time = np.uint64(time_ns)
     a, b, c, d = time >> HALF_WORD, time & LOW_HALF, low >> HALF_WORD, low & LOW_HALF
-    # time · high and, from halves of 32 bits, the upper 64 bits of time · low; each of the three
-    # products that are cut off there, b · d among them, may lose a unit
+    # time · high plus, from halves of 32 bits, the upper 64 bits of time · low. Each of the three
+    # truncated products, b · d included, may lose a unit
     return time * high + (a * c + (a * d >> HALF_WORD) + (b * c >> HALF_WORD))
 
 
 @compiled
 def cosine_sine(turns: NDArray[np.uint64], cosine: FloatArray, sine: FloatArray) -> None:
-    """Fill cosine and sine of angles [2⁻⁶⁴ turns], which are reduced exactly to ±π/4.
-
-    An angle is a number of quarter turns and a rest of at most an eighth.
-    """
+    """Fill in cosine and sine of angles [2⁻⁶⁴ turns], reduced exactly to quarters ± an eighth."""
     eighth, bits = np.uint64(2**61), np.uint64(62)
     remainder = np.empty(len(turns))
     for i in range(len(turns)):
@@ -79,7 +76,7 @@ def cosine_sine(turns: NDArray[np.uint64], cosine: FloatArray, sine: FloatArray)
     for i in range(len(turns)):
         quarters = np.int64((turns[i] + eighth) >> bits) & 3
         c, s = cosine[i], sine[i]
-        # a choice of numbers, not a branch, since no processor predicts which quarter it is
+        # select numbers instead of branching, since the quarter is unpredictable
         odd = (quarters & 1) != 0
         sign = 1.0 - (quarters & 2)
         cosine[i], sine[i] = sign * (-s if odd else c), sign * (c if odd else s)
@@ -87,10 +84,10 @@ def cosine_sine(turns: NDArray[np.uint64], cosine: FloatArray, sine: FloatArray)
 
 @inlined
 def short_cosine_sine(x: Any) -> Any:
-    """Return cosine and sine of an angle x, or lanes of them, |x| ≤ π/4 [rad].
+    """Return cosine and sine of an angle x, or lanes of angles, |x| ≤ π/4 [rad].
 
-    There the Taylor series up to x^16 and x^17 are exact to rounding, since the next terms are
-    below 3e-18 and 2e-19. Unlike the library's functions they serve several angles at once.
+    The Taylor series up to x^16 and x^17 are exact to rounding: the next terms are below 3e-18 and
+    2e-19. Unlike the library's functions they serve several angles at once.
     """
     f, z = SIGNED_INVERSE_FACTORIALS, x * x
     odd, even = f[17] * z + f[15], f[16] * z + f[14]
@@ -106,10 +103,9 @@ def short_cosine_sine(x: Any) -> Any:
 # -----------------------------------------------------------------------------
 # Constant rows for spans of a linear oscillator that a polynomial u drives.
 #
-# The integral b of the span (methods.1) and u, u̇, ü at its end are
-# linear in the numbers that determine u: its coefficients, or the samples that it interpolates.
-# The product of one row with these numbers therefore gives b, u, u̇ and ü, and no polynomial is
-# fitted.
+# The span's integral b (methods.1) and u, u̇, ü at its end are linear in the numbers that
+# determine u: its coefficients, or the samples that it interpolates. One product of a row with
+# these numbers gives b, u, u̇ and ü, without fitting a polynomial.
 
 B_RE, B_IM, U, U_RATE, U_BEND = range(5)
 """Columns of a product: real and imaginary part of b, then u, u̇ and ü at the end of the span."""
@@ -117,8 +113,8 @@ B_RE, B_IM, U, U_RATE, U_BEND = range(5)
 TURN = 0.35
 """Longest part of a span that is integrated at once, as |iω − δ| times its length [rad].
 
-The exponential is then exact to rounding in a Gauss–Legendre rule of 24 points. The parts are also
-those in which the passages of a wheel that may pass zero twice are counted (`forced_harmonic`).
+A Gauss–Legendre rule of 24 points then integrates the exponential to rounding. In these parts
+`forced_harmonic` also counts the passages of a wheel that may pass zero twice.
 """
 
 _ROOTS, _WEIGHTS = gauss_rule()
@@ -145,9 +141,9 @@ class SpanShape(NamedTuple):
 
     Attributes:
         length_s: length of the piece of forcing [s].
-        begin: where in the piece the span begins, in x from 0 to 1.
-        end: where it ends.
-        sampled: whether samples determine u; otherwise its coefficients do.
+        begin: beginning of the span in its piece, in x from 0 to 1.
+        end: end of the span in its piece.
+        sampled: whether samples determine u. Otherwise its coefficients do.
     """
 
     length_s: float
@@ -164,16 +160,16 @@ class SpanShape(NamedTuple):
 class Responses(NamedTuple):
     """The constants that spans of n shapes share.
 
-    w numbers determine u. Row j of a span or part holds the factors of the j-th of them in b, u, u̇
-    and ü, in the columns `B_RE` to `U_BEND`; three zeros fill it up to the width of lanes.
+    w numbers determine u. Row j of a span or part holds the factors of number j in b, u, u̇ and ü,
+    in the columns `B_RE` to `U_BEND`, and three zeros up to the width of lanes.
 
     Attributes:
-        rows: those of the spans, then those of all parts, (n + Σ parts, w, 8).
+        rows: rows of the spans, then of all parts, (n + Σ parts, w, 8).
         parts: number of equal parts, at most `TURN` long, of each shape, (n,).
-        first_part: where in `rows` the parts of a shape begin, (n,).
+        first_part: index in `rows` of the first part of each shape, (n,).
         time_s: length of the span [s], (n,).
         decay: e^{−δ·time}, (n,).
-        per_slope: factor that turns the rates of samples, or du/dx, into u̇, (n,).
+        per_slope: factor from the rates of samples, or du/dx, to u̇, (n,).
     """
 
     rows: FloatArray
@@ -185,10 +181,9 @@ class Responses(NamedTuple):
 
 
 def unique_rows(*columns: NDArray[Any]) -> tuple[IntArray, list[tuple[float, ...]]]:
-    """Return of each row of a table the index among the distinct ones, (n,), and these.
+    """Return each row's index among the distinct rows, (n,), and the distinct rows.
 
-    Most rows of the forcing are alike, so that only those which differ from one in the middle are
-    sorted.
+    Most rows of a forcing equal the middle one. Only the others are sorted.
     """
     usual = [column[len(column) // 2] for column in columns]
     unlike = np.zeros(len(columns[0]), np.bool_)
@@ -208,8 +203,8 @@ def responses(
 ) -> Responses:
     """Return the constants that spans of some shapes share.
 
-    `nodes` are x of the samples that u interpolates, with their rates; `width` is w, how many
-    numbers determine u: twice the number of nodes, or of coefficients; 0 where u = 0.
+    `nodes` are x of the samples, with rates, that u interpolates. `width` is w, the number of
+    numbers that determine u: twice the number of nodes, or of coefficients, and 0 for u = 0.
     """
     row_sets = [_rows(law, shape, nodes if shape.sampled else None, width) for shape in shapes]
     parts = np.array([len(rows) - 1 for rows in row_sets])
@@ -228,9 +223,9 @@ def responses(
 def _rows(
     law: LinearLaw, shape: SpanShape, nodes: tuple[float, ...] | None, width: int
 ) -> FloatArray:
-    """Return the rows of a span, then those of its parts, (1 + parts, w, 8).
+    """Return the rows of a span, then the rows of its parts, (1 + parts, w, 8).
 
-    Samples at `nodes` determine u, or coefficients where there are none.
+    Samples at `nodes` determine u, or coefficients without nodes.
     """
     length_s, begin = shape.length_s, shape.begin
     parts = max(math.ceil(math.hypot(law.omega, law.delta) * shape.time_s / TURN), 1)
@@ -247,7 +242,7 @@ def _rows(
     b = np.einsum('mi,mij->mj', weight, law.per_value * u + law.per_rate * slope)
     rows[1:, :, B_RE], rows[1:, :, B_IM] = b.real, b.imag
     rows[1:, :, U : U_BEND + 1] = np.moveaxis(_basis(edges[1:], length_s, nodes, width), 0, -1)
-    # b of a part counts from the part's beginning, that of the span from the span's
+    # b of a part counts from the part's beginning, b of the span from the span's
     integral = (np.exp(pull * (edges[:-1] - begin) * length_s)[:, None] * b).sum(axis=0)
     rows[0] = rows[-1]
     rows[0, :, B_RE], rows[0, :, B_IM] = integral.real, integral.imag
@@ -274,16 +269,16 @@ def _basis(
 def _cardinals(x: FloatArray, nodes: FloatArray) -> FloatArray:
     """Return the basis of Hermite interpolation and its first two derivatives in x.
 
-    The basis function of the value at a node z is (1 − 2 l'(z) (x − z)) l², that of the slope (x −
-    z) l², with l the Lagrange polynomial that is one at z. Each function is computed as its Taylor
-    polynomial of degree 2 about x, which gives the derivatives. Those of the values come first,
-    then those of the slopes, (3, …, 2 · nodes).
+    For the value at a node z the basis function is (1 − 2 l'(z) (x − z)) l², for the slope (x − z)
+    l², with l the Lagrange polynomial that is one at z. Each function is computed as its Taylor
+    polynomial of degree 2 about x, which contains the derivatives. The values' functions come
+    first, then the slopes', (3, …, 2 · nodes).
     """
     identity = np.eye(len(nodes))
     gaps = nodes[:, None] - nodes + identity
     lagrange = _linear(np.ones((*x.shape, len(nodes))), np.zeros(len(nodes)))
     for j, node in enumerate(nodes):
-        # a factor of every polynomial but that of this node
+        # a factor of every polynomial except this node's
         value = (x[..., None] - node) / gaps[:, j]
         value[..., j] = 1.0
         lagrange = _product(lagrange, _linear(value, (1.0 - identity[j]) / gaps[:, j]))
@@ -327,7 +322,7 @@ class Oscillator(NamedTuple):
         omega: ω [rad/s].
         delta: δ [1/s], ≥ 0.
         turns_per_ns: ω/2π [turns/ns], the first 64 binary digits of the fraction.
-        turns_per_ns_low: the next 64.
+        turns_per_ns_low: the next 64 digits.
     """
 
     omega: float
@@ -337,14 +332,14 @@ class Oscillator(NamedTuple):
 
 
 class DrivenSpans(NamedTuple):
-    """n spans one after the other.
+    """n consecutive spans.
 
     Attributes:
-        begin_ns: time at which the first begins [ns].
-        end_ns: times at which they end [ns], (n,).
-        shape: index of each one's shape in `responses`, (n,).
+        begin_ns: beginning of the first span [ns].
+        end_ns: ends of the spans [ns], (n,).
+        shape: index of each span's shape in `responses`, (n,).
         responses: the rows that all spans of a shape share.
-        u: the polynomials; None if u = 0.
+        u: the polynomials, or `None` if u = 0.
     """
 
     begin_ns: int
@@ -359,8 +354,8 @@ class Path(NamedTuple):
 
     Attributes:
         y: real and imaginary part of Y at the beginning and at the end of each span, (2, n + 1).
-        frame: cos ωt and sin ωt there, (2, n + 1).
-        span: of each span b, and u, u̇, ü at its end, in the columns of `responses`, (n, 8).
+        frame: cos ωt and sin ωt at these times, (2, n + 1).
+        span: b of each span, and u, u̇, ü at its end, in the columns of `responses`, (n, 8).
     """
 
     y: FloatArray
@@ -385,7 +380,7 @@ def oscillator(exact_omega: Decimal, delta: float = 0.0) -> Oscillator:
 def propagate(of: Oscillator, spans: DrivenSpans, state: NDArray[np.void]) -> Path:
     """Return the motion over one or more spans, and advance the state.
 
-    The state is a record of `STATE`, whose Y belongs to `spans.begin_ns`.
+    The state is a record of `STATE` with Y at `spans.begin_ns`.
     """
     n = len(spans.end_ns)
     path = Path(np.empty((2, n + 1)), np.empty((2, n + 1)), np.empty((n, 8)))
@@ -395,7 +390,7 @@ def propagate(of: Oscillator, spans: DrivenSpans, state: NDArray[np.void]) -> Pa
 
 @entry
 def _propagate(of: Oscillator, spans: DrivenSpans, state: Swing, path: Path) -> None:
-    """Fill in the path: b and the frame of each span by itself, then Y from span to span."""
+    """Fill in the path: b and frame of each span separately, then Y from span to span."""
     k, n = 0, len(spans.end_ns)
     turns = np.empty(n + 1, np.uint64)
     turns[0] = turns_at(spans.begin_ns, of.turns_per_ns, of.turns_per_ns_low)
@@ -414,16 +409,16 @@ def _propagate(of: Oscillator, spans: DrivenSpans, state: Swing, path: Path) -> 
 
 @compiled
 def span_product(spans: DrivenSpans, which: int, k: int) -> Any:
-    """Return b, u, u̇, ü of span k, or of a part of it, as lanes in the columns of `responses`.
+    """Return b, u, u̇, ü of span k, or of a part, as lanes in the columns of `responses`.
 
-    `which` is the index in `Responses.rows` of the shape of the span, or of the part.
+    `which` is the row index in `Responses.rows` of the shape of the span, or of the part.
     """
     if spans.u is None:
         return splat(0.0)
     values, rates, sample, fitted = spans.u
     rows, width, begin = spans.responses.rows, spans.responses.rows.shape[1], sample[k]
     row, points = which * width, width // 2
-    # two sums, of which neither waits for the other
+    # two independent sums
     by_values, by_rates = splat(0.0), splat(0.0)
     if begin >= 0:
         for i in range(points):
@@ -437,7 +432,7 @@ def span_product(spans: DrivenSpans, which: int, k: int) -> Any:
 
 @inlined
 def _are_alike(spans: DrivenSpans, k: int) -> bool:
-    """Return whether four spans from the k-th on have one shape and are determined by samples."""
+    """Return whether samples determine four spans of one shape from the k-th on."""
     if spans.u is None:
         return False
     shape, sample = spans.shape, spans.u.sample
@@ -447,10 +442,10 @@ def _are_alike(spans: DrivenSpans, k: int) -> bool:
 
 @inlined
 def _four_products(spans: DrivenSpans, k: int, out: FloatArray) -> None:
-    """Store the products of four spans of one shape, to the same bits as `span_product`.
+    """Store the products of four spans of one shape, with the bits of `span_product`.
 
-    Each row is read once for all four, and of the eight sums none waits for another: that saves
-    6 % of benchmark problem d.
+    Each row is read once for all four, and the eight sums are independent. This saves 6 % of
+    benchmark problem d.
     """
     if spans.u is None:
         return
@@ -473,7 +468,7 @@ def _four_products(spans: DrivenSpans, k: int, out: FloatArray) -> None:
 
 @compiled
 def _sum_up(spans: DrivenSpans, state: Swing, path: Path) -> None:
-    """Fill in Y; the sum is compensated (W. Kahan, Comm. ACM 8 (1965) 40)."""
+    """Fill in Y by compensated summation (W. Kahan, Comm. ACM 8 (1965) 40)."""
     y, frame, decay = path.y, path.frame, spans.responses.decay
     re, im, lost_re, lost_im = state.re, state.im, state.lost_re, state.lost_im
     y[0, 0], y[1, 0] = re, im

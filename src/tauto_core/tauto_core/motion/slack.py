@@ -1,13 +1,12 @@
 """A slack thread (threads.4): the wheel goes free, the weight falls, the thread tautens.
 
-While the thread is slack the wheel feels only its drag, the escapement and the case; the weight
-feels only apparent gravity and a spring that pulls at it. When the weight is as far from the wheel
-as the thread lets it, the thread tautens without rebound: both then have one velocity along it,
-and the energy of their relative motion is lost. threads.md has the equations.
+With a slack thread only drag, escapement and case act on the wheel. Only the apparent gravity and
+a spring act on the weight. When the weight has reached the length of the thread, the thread
+tautens without rebound: wheel and weight then have one velocity along it, and the energy of their
+relative motion is lost. threads.md has the equations.
 
-Such a motion is another system, which the driver of `stepping` moves until the thread is
-taut. The kernels of a taut thread know nothing of it, and it is compiled when it is first needed.
-`collocation` and `real_threads` have the systems.
+This motion is a system of its own, which the driver of `stepping` moves until the thread is taut.
+Its kernels are compiled when first needed. `collocation` and `real_threads` have the systems.
 """
 
 from __future__ import annotations
@@ -60,38 +59,38 @@ from tauto_core.motion.system import (
 )
 from tauto_core.samples import State
 
-# Longest step of a slack motion, as the angle that the wheel's swing turns in it [rad]. The thread
-# tautens where the stage polynomials say so, which are of half the order of the step: so all of
-# the last coefficient counts as the error of such a step, and not its square.
+# Longest step of a slack motion, as the phase of the wheel's swing [rad]. The stage polynomials,
+# of half the order of the step, give the time of tautening: hence the whole last coefficient
+# counts as the error of such a step, and not its square.
 _LONGEST_PHASE_RAD = 0.5
 
 ROUNDING = 2e-14
-"""Gap in the thread that is no more than rounding, as a share of the planes' X [rad].
+"""Gap in the thread that counts as rounding, as a share of the planes' X [rad].
 
-A thread that lets go with next to no acceleration would else be taut again at once.
+Otherwise a thread that lets go with almost no acceleration would be taut again at once.
 """
 
 
 SHORTEST_RAD = 1e-3
-"""Phase of the wheel's swing for which a slack thread counts as slack [rad].
+"""Shortest time that counts as slack, as the phase of the wheel's swing [rad].
 
-The force bends where z̃ takes the place of z, so that a step may find the thread slack some
-microseconds early; it is taut again at once, with no energy lost, until it does let go.
+The force has a bend at which z̃ replaces z. A step may find the thread slack there some
+microseconds early. It is then taut again at once, without loss of energy, until it does let go.
 """
 
 
 @inlined
 def rounding_of(x: float, height: float) -> float:
-    """Return the gap that is no more than rounding, by X of wheel and weight."""
+    """Return the gap that counts as rounding, from X of wheel and weight."""
     return ROUNDING * (1.0 + abs(x) + abs(height))
 
 
 class Retension(NamedTuple):
-    """The effect of the thread as it tautens.
+    """The effect of the tautening thread.
 
     Attributes:
-        rate: θ̇ after it [rad/s].
-        speed: rate of the coordinate after it.
+        rate: θ̇ afterwards [rad/s].
+        speed: rate of the coordinate afterwards.
         lost: twice the energy lost over I [rad2/s2].
     """
 
@@ -101,9 +100,10 @@ class Retension(NamedTuple):
 
 
 class LooseSystem(System):
-    """A system whose thread is slack; those of all threads have a wheel that goes free.
+    """A system with a slack thread and a free wheel.
 
-    `Instant.tension` is the gap in the thread, its length less its way, in the unit of the planes.
+    `Instant.tension` is the gap in the thread, its length minus its way, in the unit of the
+    planes.
     """
 
     def clear(self, square: float, omega: Omega, work: Work) -> bool:
@@ -111,21 +111,21 @@ class LooseSystem(System):
         return False
 
     def let_go(self, taut: Any, omega: Omega, at: Inputs, now: Instant, free: Any) -> None:
-        """Set the planes of `free` to the motion of the taut system, which is `now`."""
-        raise TypeError('nothing lets go of this system')
+        """Set the planes of `free` to the motion `now` of the taut system."""
+        raise TypeError('this system has no thread to let go')
 
     def tauten(
         self, taut: Any, omega: Omega, taut_omega: Omega, at: Inputs, free: Any, state: Any
     ) -> Retension:
         """Set the planes of the taut `state` to the motion after the thread has tautened."""
-        raise TypeError('nothing tautens this system')
+        raise TypeError('this system has no thread to tauten')
 
 
 # -----------------------------------------------------------------------------
 # Letting go and tautening, at an instant.
 
 COUNTED = 'side', 'direction', 'pallet', 'turns', 'beats', 'given', 'armed', 'held', 'held_angle'
-"""Fields of the running state that a slack thread takes over, and hands back."""
+"""Fields of the running state that pass to the slack motion, and back."""
 
 
 @entry
@@ -165,7 +165,7 @@ def tauten(
     at = outside_at(set_piece(pieces, 0, True, work)[1], x, work)
     loose_instant = loose.instant(mode_of(free), omega, planes_of(omega, free.planes), at)
     impulse = loose.tauten(taut, omega, taut_omega, at, free, state)
-    # θ and ϑ are continuous, and so are the counts
+    # θ, ϑ and the counts are continuous
     angle, q = loose_instant.angle, loose_instant.coordinate
     state.beats += ahead(q, loose_instant.speed, angle) - ahead(q, impulse.speed, angle)
     direction = 1 if impulse.rate > 0.0 else -1
@@ -194,16 +194,16 @@ def write_one(
 
 
 # -----------------------------------------------------------------------------
-# The base class of the propagators whose thread may go slack.
+# Base class of the propagators of machines with a thread that may go slack.
 
 
 class Tautening(NamedTuple):
     """A thread that has been slack.
 
     Attributes:
-        time_s: when it was taut again, from the start of the run [s].
-        slack_s: for how long it was slack [s].
-        lost_joule: energy lost as it tautened [J].
+        time_s: end of the slack motion, from the start of the run [s].
+        slack_s: its duration [s].
+        lost_joule: energy lost as the thread tautened [J].
     """
 
     time_s: float
@@ -211,15 +211,15 @@ class Tautening(NamedTuple):
     lost_joule: float
 
 
-# Share of the tolerance below which steps double: by that the error within grows 2^8 times.
+# Share of the tolerance below which steps double, which increases their error by 2^8.
 _COARSEN = 2.0**-9
 
 IN_PLACE_S, MOST_IN_PLACE = 1e-9, 1000
-"""Time that is next to none [s], and most changes of a thread in a row that each take no more."""
+"""A change of the thread within this time [s] stays in place, and the most of these in a row."""
 
 
 SPANNED = 'length_s', 'begin', 'end', 'end_ns', 'logged', 'neutral', 'tilt', 'gravity', 'lean'
-"""Fields of a forcing that have a row for each span."""
+"""Fields of a forcing that have one row per span."""
 
 
 def rest_of(forcing: Forcing, k: int, x: float) -> Forcing:
@@ -237,10 +237,10 @@ def rest_of(forcing: Forcing, k: int, x: float) -> Forcing:
 
 
 class SlackThread(Stepped):
-    """A propagator of a machine whose thread cannot push.
+    """Propagator of a machine with a thread that cannot push.
 
-    Where the machine does not stop with a slack thread, `advance` goes on with the slack motion
-    and comes back to the taut one, as often as it has to.
+    Unless the machine stops with a slack thread, `advance` alternates between slack and taut
+    motion.
     """
 
     def __init__(
@@ -264,7 +264,7 @@ class SlackThread(Stepped):
 
     @abstractmethod
     def _loose_model(self, taut: Model) -> Model | None:
-        """Return the system with a slack thread; None where the thread never lets go."""
+        """Return the system with a slack thread, or `None` if the thread never lets go."""
 
     def tautened(self) -> list[Tautening]:
         """Return the tautenings since the last call."""
@@ -276,16 +276,16 @@ class SlackThread(Stepped):
         return super()._released(forcing)
 
     def advance(self, forcing: Forcing) -> Motion:
-        """Advance over the spans; return the motion at their logged ends.
+        """Advance over the spans and return the motion at their logged ends.
 
-        Raises a PropagationError for the end of the range, no convergence, and for a slack thread
-        where the machine stops with it.
+        Raises a PropagationError at the end of the range, without convergence, and with a slack
+        thread if the machine stops with it.
         """
         parts: list[NDArray[np.void]] = []
         tail, stays, went_s = forcing, 0, -math.inf
         while len(tail.begin):
             model = self._model_of(tail)
-            # made where it is needed
+            # compiled only if needed
             loose = self._loose_model(model) if self._is_slack else None
             if loose is not None:
                 # it tautens with the code SLACK
@@ -310,7 +310,7 @@ class SlackThread(Stepped):
             tail = rest_of(tail, k, x)
             self._change(tail, model, loose, time_s)
             if x >= tail.end[0]:
-                # that is the end of the span; its row, if logged, is not written yet
+                # at the end of the span its row, if logged, is still missing
                 row = np.empty(int(tail.logged[0]), ROW)
                 if len(row):
                     free, work = self._records(loose)
@@ -322,7 +322,7 @@ class SlackThread(Stepped):
         return self._motion(rows) if len(rows) else no_motion()
 
     def _change(self, forcing: Forcing, taut: Model, loose: Model, time_s: float) -> None:
-        """Let the thread go slack or tauten where the forcing begins."""
+        """Let the thread go slack or tauten at the beginning of the forcing."""
         free, work = self._records(loose)
         pieces, x = self._outside(forcing), float(forcing.begin[0])
         source, target = (free, self._state) if self._is_slack else (self._state, free)

@@ -59,28 +59,27 @@ if TYPE_CHECKING:
     from tauto_core.motion.free_step import FreeHalfSwing
 
 SETTLED, MOST_ITERATIONS = 1e-15, 40
-"""Change, relative or of an angle, at which Newton's method ends, and most of its iterations."""
+"""Change, relative or of an angle, that ends Newton's method, and its most iterations."""
 
 WELL_WITHIN = 0.05
-"""Margin at all nodes from which on a step counts as within the range between them, too."""
+"""Margin at all nodes above which a step surely stays in the range between them."""
 
 
 class OnWheel(NamedTuple):
-    """The terms on the wheel besides the thread, over its moment of inertia I.
+    """The terms on the wheel other than the thread, over its moment of inertia I.
 
     Attributes:
         viscous: c₁/I [1/s].
         quadratic: c₂/I.
         energy: twice the energy of an impulse over I [1/s2].
-        recoil: R/I of the escapement [1/s2], or None.
-        impulse: angle of the impulse [rad]; infinite without one.
+        recoil: R/I of the escapement [1/s2], or `None`.
+        impulse: angle of the impulse [rad], infinite without one.
         pace: frequency of the swing [rad/s].
         gravity: g at rest [m/s2].
-        law: of a further drag, over I, or None.
-        heat: True where heat changes these numbers; the rest is then known at an instant or
-            at the nodes.
-        share: factor of the torque of that law, where heat changes I.
-        growth: İ/I [1/s], where heat changes I.
+        law: a further drag law, over I, or `None`.
+        heat: True if heat changes these parameters, which then hold at an instant or at the nodes.
+        share: factor of the law's torque if heat changes I.
+        growth: İ/I [1/s] if heat changes I.
     """
 
     viscous: float
@@ -97,11 +96,11 @@ class OnWheel(NamedTuple):
 
 
 class WithThread:
-    """The part of a system that describes a wheel on a real thread."""
+    """Base of systems with a wheel on a real thread, as `System`."""
 
     @property
     def on_wheel(self) -> OnWheel:
-        """The terms on the wheel besides the thread."""
+        """The terms on the wheel other than the thread."""
         raise NotImplementedError
 
     @property
@@ -128,11 +127,11 @@ class WithThread:
 class ThreadSystem(WithThread, System):
     """A wheel on a real thread, as `System`.
 
-    Absent drag is zero, not None, so that machines with and without it share their kernels.
+    Absent drag is zero, not `None`: machines with and without drag share their kernels.
     """
 
     def set_off(self, omega: Omega, angle: float, at: Inputs, state: RunningState) -> None:
-        """Set at θ = angle, θ̇ = 0 the direction in which the wheel starts."""
+        """Set the direction in which the wheel starts at θ = angle, θ̇ = 0."""
         now = self.instant(mode_of(state), omega, planes_of(omega, state.planes), at)
         state.direction = -1 if now.bend < 0.0 else 1
         state.armed = is_due(self, state, float(state.direction), angle)
@@ -140,9 +139,9 @@ class ThreadSystem(WithThread, System):
     def ahead_s(
         self, omega: Omega, length: float, terms: int, x: float, state: RunningState, work: Work
     ) -> float:
-        """Return the time to a little after the next impulse to expect [s], or inf.
+        """Return the time to just after the next expected impulse [s], or inf.
 
-        The swing goes on about its present centre, at a frequency proportional to √g_eff.
+        The swing is extrapolated about its present centre at a frequency proportional to √g_eff.
         Only the layout of steps depends on this prediction.
         """
         if not self.feels_impulse:
@@ -172,7 +171,7 @@ def drag_on_wheel(on_wheel: OnWheel, mode: Mode, rate: Numeric) -> Numeric:
 
 @inlined
 def hot_on_wheel(cold: OnWheel, hot: HeatTerms) -> OnWheel:
-    """Return the terms on the wheel where heat changes them, at an instant or at the nodes."""
+    """Return the terms on the wheel as heat changes them, at an instant or at the nodes."""
     share = hot.share
     return OnWheel(
         hot.viscous,
@@ -205,22 +204,22 @@ def case_bounds(pieces: ForcingPieces, k: int) -> tuple[float, float]:
 
 @compiled
 def transverse(gravity: float, tilt: float) -> float:
-    """Return what draws the weight across the apparent vertical, to port of it [m/s²]; mostly 0.
+    """Return the weight's acceleration across the apparent vertical, to port [m/s²], mostly 0.
 
-    Near weightlessness g_eff and β are those of a force that has z̃ upwards in the case in place
-    of z (`ship.kernels.force_of`). A thread that swings and a lever do not keep to β, and their
-    weight feels the whole force. With z̃ = ½a (1 + e^(2z/a − 2)), z solves
+    Near weightlessness g_eff and β come from a force with z̃ in place of z, upwards in the case
+    (`ship.kernels.force_of`). A swinging thread and a lever do not follow β, hence their weight
+    senses the whole force. With z̃ = ½a (1 + e^(2z/a − 2)), z solves
 
-        z + z̃ tan² τ = g_eff/cos τ,    and (z̃ − z) sin τ is left across β.
+        z + z̃ tan² τ = g_eff/cos τ,    and the transverse part is (z̃ − z) sin τ.
     """
-    # mostly this shows it at once, since cos τ ≥ 1 − τ²/2
+    # mostly this test suffices, since cos τ ≥ 1 − τ²/2
     if gravity * (1.0 - 0.5 * tilt * tilt) >= LEAST_UPWARD:
         return 0.0
     sine, cosine = math.sin(tilt), math.cos(tilt)
     if gravity * cosine >= LEAST_UPWARD:
         return 0.0
     square, apparent_gravity = (sine / cosine) ** 2, gravity / cosine
-    # convex and increasing in z, which is less than this start: Newton's method goes down to it
+    # convex and increasing in z, and z is below this start: Newton's method descends to it
     z, upward = LEAST_UPWARD, LEAST_UPWARD
     for _ in range(MOST_ITERATIONS):
         growth = math.exp(2.0 * (z / LEAST_UPWARD - 1.0))
@@ -248,20 +247,20 @@ def transverse_at_nodes(gravity: Lanes, tilt: Lanes, work: Work) -> Lanes:
 # -----------------------------------------------------------------------------
 # The swinging thread in two rotating planes: its normal modes of small swings.
 #
-# The absolute angles of wheel and thread are ψ = Σ E_ψi X_i and δ = Σ E_δi X_i with Ẋ_i = ω_i
-# Y_i, i = 1, 2. All that is not linear in (threads.1), and the ship's motion, disturb the planes.
-# The accelerated axle enters by the apparent gravity alone (machine_at_sea.md), so that no
-# derivative of the ship's motion is needed but α̇, the rate of the case, for the drag.
+# The absolute angles of wheel and thread are ψ = Σ E_ψi X_i and δ = Σ E_δi X_i with Ẋ_i = ω_i Y_i,
+# i = 1, 2. The nonlinear terms of (threads.1) and the ship's motion disturb the planes. The
+# accelerated axle enters through the apparent gravity alone (machine_at_sea.md). Of the ship's
+# derivatives only α̇, the rate of the case, is needed, for the drag.
 
 THREAD_NODES = 'vertical', 'gravity', 'transverse', 'alpha_rate'
-"""Rows of β, g_eff, what acts beside it, and α̇ at the nodes."""
+"""Rows of the nodes: β, g_eff, the transverse acceleration, and α̇."""
 
 SPRING_NODES = ('tilt',)
-"""Row of τ = β − α, where a spring of the case draws the weight."""
+"""Row of the nodes: τ = β − α, if a spring of the case draws the weight."""
 
 
 class ThreadNodes(Protocol):
-    """The rows THREAD_NODES, and SPRING_NODES where there is a spring."""
+    """Types of the rows THREAD_NODES, and of SPRING_NODES if there is a spring."""
 
     vertical: FloatArray
     gravity: FloatArray
@@ -280,12 +279,12 @@ class _ThreadNumbers(NamedTuple):
         ratio: m r/I [1/m].
         wheel: E_ψ1 and E_ψ2.
         thread: E_δ1 and E_δ2.
-        to_first: X₁ per ψ and per δ: the first row of the inverse of (E_ψ, E_δ).
+        to_first: X₁ per ψ and per δ, the first row of the inverse of (E_ψ, E_δ).
         to_second: X₂ per ψ and per δ.
-        on_wheel: the terms on the wheel besides the thread.
-        damping: c/m of the lean [m2/s], or None.
-        widening: ṙ [m/s], where heat changes the numbers.
-        spring: κ/m of a spring that draws the weight [1/s2], or None.
+        on_wheel: terms on the wheel other than the thread.
+        damping: c/m of the lean [m2/s], or `None`.
+        widening: ṙ [m/s] if heat changes the parameters.
+        spring: κ/m of a spring that draws the weight [1/s2], or `None`.
     """
 
     radius: float
@@ -306,7 +305,7 @@ class Hanging(_ThreadNumbers, ThreadSystem):
     """The swinging thread as `system.System`."""
 
     def at_nodes(self, place: StepPlace, work: Work) -> None:
-        """Fill β, g_eff, what acts beside it, and α̇."""
+        """Fill β, g_eff, the transverse acceleration, and α̇."""
         x, nodes = nodes_of(place, work), work.nodes
         tilt = column_at(TILT, place.terms, x, work)
         gravity = column_at(APPARENT_GRAVITY, place.terms, x, work)
@@ -323,7 +322,7 @@ class Hanging(_ThreadNumbers, ThreadSystem):
     def keep_case(
         self, swing: FreeHalfSwing, k: int, at: Lanes, times: Lanes, initial: bool, work: Work
     ) -> None:
-        """Keep what `at_nodes` fills at the nodes of a free-end step, from x of span k at each."""
+        """Keep the rows of `at_nodes` at the nodes of an event-to-event step, from x of span k."""
         pieces, rates, nodes = swing.pieces, swing.rates, work.nodes
         if pieces.drive is None or pieces.tilt is None or pieces.gravity is None:
             return
@@ -343,14 +342,14 @@ class Hanging(_ThreadNumbers, ThreadSystem):
 
     @inlined
     def complete_case(self, work: Work) -> None:
-        """Turn the tilt at the nodes into what acts beside g_eff."""
+        """Turn the tilt at the nodes into the transverse acceleration."""
         nodes, tilt = work.nodes, row_of(work.nodes.transverse)
         if self.spring is not None:
             store(nodes.tilt, 0, tilt)
         store(nodes.transverse, 0, transverse_at_nodes(row_of(nodes.gravity), tilt, work))
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
-        """Fill the disturbance of the planes by the accelerations; d1 stays zero."""
+        """Fill d2 from the accelerations. d1 stays zero."""
         psi_bend, delta_bend, _, _ = _at_stages(self, mode, omega, work)
         bends = _modes(self, psi_bend, delta_bend)
         for p in range(len(omega)):
@@ -376,7 +375,7 @@ class Hanging(_ThreadNumbers, ThreadSystem):
     ) -> float:
         """Return a bound of α² + (α̇/ω)² over piece k, ω the frequency of the swing.
 
-        With an angle `besides`, of the square of that and the root of the bound together.
+        With `besides`, the square of (the bound's root + that angle).
         """
         value, rate = case_bounds(pieces, k)
         rate = rate / self.pace
@@ -387,9 +386,9 @@ class Hanging(_ThreadNumbers, ThreadSystem):
         return square
 
     def clear(self, square: float, omega: Omega, work: Work) -> bool:
-        """Return whether u swings wider at all nodes than θ − u = δ − α can be.
+        """Return whether at all nodes u swings wider than θ − u = δ − α can.
 
-        Widths are those in the phase plane, of (u, u̇/ω).
+        Widths are measured in the phase plane, |(u, u̇/ω)|.
         """
         (psi, delta), (psi_rate, delta_rate) = _stages(self, omega, work)
         u, u_rate = psi - delta, (psi_rate - delta_rate) * (1.0 / self.pace)
@@ -419,7 +418,7 @@ class Hanging(_ThreadNumbers, ThreadSystem):
         )
         torque = psi_bend + drag
         if hot.on_wheel.growth is not None and hot.on_wheel.share is not None:
-            # over I where the numbers hold, as the rows have it
+            # over the cold I, as in the rows
             torque = (torque + hot.on_wheel.growth * rates[0]) / hot.on_wheel.share
         return Instant(
             angle=psi - (line.value - tilt.value),
@@ -449,7 +448,7 @@ class Hanging(_ThreadNumbers, ThreadSystem):
     def strike(
         self, mode: Mode, omega: Omega, at: Inputs, now: Instant, state: RunningState
     ) -> None:
-        """Let an impulse change both rates: the taut thread by −r/l of the change of the wheel.
+        """Let an impulse change both rates: the taut thread's by −r/l of the wheel's.
 
         The energy goes into ½(I + m r²u²)θ̇².
         """
@@ -467,7 +466,7 @@ class Hanging(_ThreadNumbers, ThreadSystem):
 
 @inlined
 def thread_now(system: Hanging, at: Inputs) -> Hanging:
-    """Return the system with its numbers at an instant; as it is without heat."""
+    """Return the system with its parameters at an instant, unchanged if heat does not act."""
     if system.on_wheel.heat is None or at.hot is None:
         return system
     return _with_numbers(system, at.hot)
@@ -493,7 +492,7 @@ def _with_numbers(cold: Hanging, hot: HeatTerms) -> Hanging:
 
 @inlined
 def _angles(system: Hanging, first_mode: Numeric, second: Numeric) -> NumericPair:
-    """Return ψ and δ of the coordinates of the modes, or the rates of these of their rates."""
+    """Return ψ and δ from the modes' coordinates, or their rates from the modes' rates."""
     wheel, thread = system.wheel, system.thread
     return wheel[0] * first_mode + wheel[1] * second, thread[0] * first_mode + thread[1] * second
 
@@ -518,10 +517,9 @@ def _pushed(
 ) -> tuple[Numeric, Numeric, Numeric, Numeric]:
     """Return ψ̈ and δ̈ of (threads.1), the tension over m [m/s2] and the free thread l [m].
 
-    `down` and `across` are the accelerations of the weight along the thread and across it,
-    g_eff cos(δ − β) and g_eff sin(δ − β), with what acts beside g_eff and the pull of a spring
-    added. `drag` is the torque of drag and recoil, reversed, over I. The damping of the lean needs
-    α̇, the rate of the case.
+    `down` and `across` are the accelerations of the weight along and across the thread: g_eff
+    cos(δ − β), g_eff sin(δ − β), the transverse part and the pull of a spring. `drag` is the
+    torque of drag and recoil, reversed, over I. The damping of the lean needs α̇ of the case.
     """
     psi_rate, delta_rate = rates
     radius, u = system.radius, psi - delta
@@ -531,12 +529,12 @@ def _pushed(
     turning = u * pulled
     wound = radius * (u * delta_rate) * (2.0 * psi_rate - delta_rate)
     if system.damping is not None:
-        # −Q/(m l): the lean alone loses energy, so that the wheel is pushed by −Q r/l
+        # −Q/(m l): only the lean loses energy, hence the wheel is pushed by −Q r/l
         lost = system.damping * (delta_rate - alpha_rate) / free
         turning, wound = turning - lost, wound - lost
     if system.widening is not None:
-        # r grows, and the thread that is wound up with it: 2ṙψ̇ across the thread, and along it
-        # 2ṙψ̇ − ṙu²δ̇
+        # r grows, and the wound-up thread with it: 2ṙψ̇ across the thread, and along it 2ṙψ̇ −
+        # ṙu²δ̇
         turning = turning + 2.0 * system.widening * (u * u) * psi_rate
         wound = wound - system.widening * (2.0 * psi_rate - (u * u) * delta_rate)
     against = system.ratio * turning + drag
@@ -549,7 +547,7 @@ def _pushed(
 
 @inlined
 def _modes(system: Hanging, psi: Numeric, delta: Numeric) -> NumericPair:
-    """Return the coordinates of the modes of ψ and δ, or the rates of these of their rates."""
+    """Return the modes' coordinates from ψ and δ, or their rates from ψ̇ and δ̇."""
     to_first, second = system.to_first, system.to_second
     return to_first[0] * psi + to_first[1] * delta, second[0] * psi + second[1] * delta
 
@@ -580,7 +578,7 @@ def _at_stages(
 
 @inlined
 def _risen(system: Hanging, u: Numeric, sine: Numeric, versine: Numeric) -> Numeric:
-    """Return by how much the weight is higher than at rest, along the case [m], of u and ε."""
+    """Return the weight's rise above rest, along the case [m], from u and ε."""
     wound = (0.5 * system.radius) * (u * u)
     risen = (system.radius * u) * sine + (system.radius + system.length) * versine
     return risen + wound * (1.0 - versine)

@@ -1,24 +1,22 @@
-"""The equation of motion of a wheel with one degree of freedom, term by term.
+"""The equation of motion of a wheel with one degree of freedom, term by term, over its inertia.
 
-The arc as its coordinate, the lever arm of the thread, and the terms over the inertia.
-
-The coordinate is q = ϑ, the angle the cam feels [rad]; the momentum per unit of inertia is
-w = q̇ + γ̇ + μt²q̇ [rad/s]. In Hamilton's form (machine_at_sea.md) no second derivative of
-the ship's motion is needed:
+The coordinate is q = ϑ, the angle that the cam senses [rad]. The momentum per unit of inertia is w
+= q̇ + γ̇ + μt²q̇ [rad/s]. Hamilton's form (machine_at_sea.md) needs no second derivative of the
+ship's motion:
 
     q̇ = (w − γ̇) / (1 + μt²)                                                 μ = m/I
     ẇ = −pull · t + μ t t′ q̇² − (c₁θ̇ + c₂ d θ̇² + c₀ d + R s)/I − w İ/I       θ̇ = q̇ + τ̇
 
-with t(q) the lever arm [m], t′ = dt/dq, pull = F/I, γ the neutral line, τ = γ − α_c its tilt in
-the case, θ = q + τ, d the sign of θ̇ and s that of the last impulse, both constant between events.
-Where heat changes the machine (heat.md), t(q) stays as it is and the numbers over I are those of
-the instant; else İ is absent.
+with the lever arm t(q) [m], t′ = dt/dq, pull = F/I, the neutral line γ, its tilt in the case τ = γ
+− α_c, and θ = q + τ. d is the sign of θ̇ and s the sign of the last impulse, both constant between
+events. If heat changes the machine (heat.md), t(q) stays and the parameters over I follow the
+temperature. Otherwise İ is absent.
 
-A heavy weight on a linear lever arm has a `shape` (`arc_shape`): there the coordinate is the arc
-s of the well and the momentum p = ṡ + γ̇n, n = dϑ/ds. Below, x and w are the coordinate and the
-momentum of either kind. As in `system`, `rate` is θ̇, `speed` q̇, and `drive` γ.
+A heavy weight on a linear lever arm has a `shape` (`arc_shape`). Its coordinate is the arc s of
+the well, its momentum p = ṡ + γ̇n with n = dϑ/ds. Below, x and w are coordinate and momentum of
+either kind. As in `system`, `rate` is θ̇, `speed` q̇, and `drive` γ.
 
-Absent terms are `None`, and are not in the compiled code.
+Absent terms are `None` and compile to no code.
 """
 
 from __future__ import annotations
@@ -69,38 +67,38 @@ from tauto_core.samples import FloatArray
 #
 #     (methods.2)   ṡ = p − γ̇n,    ṗ = ṡγ̇ dn/ds − n (pull · t + drag).
 #
-# Steps need functions of s that are even, and take them as polynomials in u = s²/limit that agree
-# with them to rounding (interpolated at Chebyshev nodes). Beyond the limit the functions
-# themselves are evaluated. In s the disturbance of the rotating plane is half that in ϑ and
-# smoother: at five steps a swing the error falls thirteenfold.
+# Steps need even functions of s. They are polynomials in u = s²/limit, interpolated at Chebyshev
+# nodes, accurate to rounding. Beyond the limit the functions themselves are evaluated. In s the
+# disturbance of the rotating plane is half as large as in ϑ, and smoother: at five steps per
+# oscillation the error falls thirteenfold.
 
 MAX_TERMS = 20
-"""Largest number of terms; with more, steps would take longer than with ϑ as the coordinate."""
+"""Most terms. With more, steps would take longer than with ϑ as the coordinate."""
 
 REACH_PER_RELEASE = 1.5
-"""How far beyond the release the polynomials reach, of a cam's arc and of a lever's: as far as a
-sea or an escapement commonly drives the wheel. Beyond it the functions take longer, to the same
-accuracy.
+"""Reach of a cam's and a lever's polynomials over the release angle.
+
+Sea and escapement commonly drive the wheel this far. Beyond, evaluation is slower but as accurate.
 """
 
 # Coefficients of x^2n in asinh(x)/x − 1, |x| < 1: (−1/4)^n (2n over n)/(2n + 1).
 _ASINH = [(-0.25) ** n * math.comb(2 * n, n) / (2 * n + 1) for n in range(1, 18)]
 
-# Largest kϑ for that series: the first term left out is 0.0036 · 0.3^36 = 5e-22.
+# Largest kϑ for the series: the first omitted term is 0.0036 · 0.3^36 = 5e-22.
 _SERIES_TO = 0.3
 
 # u at which polynomials are compared with the functions.
 _CHECKED = (np.arange(64) + 0.5) / 64
 
-# Largest difference there, as a share of the function's largest value.
+# Largest difference at these u, as a share of the function's largest value.
 _AGREED = 4e-15
 
 
 ROUNDING_SHIFT = 1.5 * 2.0**52
-"""Added and taken away again, it leaves a whole number."""
+"""Adding and subtracting it rounds to a whole number."""
 
 ARC_SETTLED = 4e-16
-"""Change of ϑ, as a share of s, at which Newton's method ends: two roundings."""
+"""Change of ϑ, as a share of s, that ends Newton's method: two roundings."""
 
 
 class ArcShape(NamedTuple):
@@ -111,8 +109,8 @@ class ArcShape(NamedTuple):
         k: b√(m/I) [1/rad].
         limit: s² up to which the polynomials hold [rad2].
         per_limit: 1/limit.
-        terms: coefficients of u^j of n, (dn/ds)/s, (nt/s − b)/u and ϑ/s, (4, count); the count
-            is even, since two powers are summed side by side.
+        terms: coefficients of u^j of n, (dn/ds)/s, (nt/s − b)/u and ϑ/s, (4, count). `count` is
+            even, since two powers are summed in parallel.
     """
 
     rate: float
@@ -132,8 +130,8 @@ def arc_of(angle: float, k: float) -> float:
 def angle_of(arc: float, k: float) -> float:
     """Return the angle ϑ of the arc s.
 
-    Newton's method converges monotonically from above, since s(ϑ) is convex for ϑ > 0; it starts
-    from bounds that s ≥ ϑ and s ≥ ½kϑ² give.
+    s(ϑ) is convex for ϑ > 0, hence Newton's method converges monotonically from above. It starts
+    from the bounds given by s ≥ ϑ and s ≥ ½kϑ².
     """
     size = abs(arc)
     angle = min(size, math.sqrt(2.0 * size / k))
@@ -160,10 +158,10 @@ def angles_of(arcs: FloatArray, k: float) -> FloatArray:
 
 
 def arc_shape(machine: Machine) -> ArcShape | None:
-    """Return the shape of a machine; None where ϑ itself is the better coordinate.
+    """Return the shape of a machine, or `None` if ϑ is the better coordinate.
 
-    That is so where the lever arm is not linear or no weight rides along, where the polynomials
-    take more than `MAX_TERMS`, and with a spring, whose pull grows with the lift, or an imbalance.
+    That is so without a linear lever arm or a carried weight, with a spring (its pull grows with
+    the lift), with an imbalance, or if the polynomials take more than `MAX_TERMS`.
     """
     rate = machine.cam.linear_rate
     if rate is None or machine.carried_mass == 0.0 or machine.stiffness > 0.0:
@@ -171,7 +169,7 @@ def arc_shape(machine: Machine) -> ArcShape | None:
     if machine.imbalance is not None:
         return None
     k = rate * math.sqrt(machine.carried_mass / machine.inertia)
-    # 0.1 rad for a wheel that is released at rest, which only the ship sets off
+    # 0.1 rad serves a wheel that is released at rest and moved by the ship only
     reach = min(machine.cam.range_rad, REACH_PER_RELEASE * abs(machine.release_angle) + 0.1)
     return _fitted(k, arc_of(reach, k) ** 2, rate)
 
@@ -213,10 +211,8 @@ def _functions(u: FloatArray, limit: float, k: float, rate: float) -> tuple[Floa
 
 
 # -----------------------------------------------------------------------------
-# The functions of the arc s in compiled code, for a heavy weight on a linear lever arm.
-#
-# The part above defines them and fits polynomials in u = s²/limit to them; beyond the limit they
-# are computed by their definitions.
+# The functions of the arc s in compiled code: polynomials in u up to the limit, definitions
+# beyond.
 
 SHORTENING, SHORTENING_SLOPE, LEVER, ANGLE = 0, 1, 2, 3
 """Rows of `ArcShape.terms`."""
@@ -228,7 +224,7 @@ class CamOnArc(NamedTuple):
     Attributes:
         n: dϑ/ds.
         n_slope: (dn/ds)/s.
-        lever_deficit: b − nt/s, by which the arm along the arc falls short of the linear one.
+        lever_deficit: b − nt/s, the linear lever arm minus the arm along the arc.
         angle: ϑ.
     """
 
@@ -253,7 +249,7 @@ def angle_along(shape: ArcShape, arc: float) -> float:
 
 @inlined
 def shortening_and_angle(shape: ArcShape, s: Numeric) -> tuple[Numeric, Numeric]:
-    """Return n and ϑ at the arc s; of one s, n by its definition."""
+    """Return n and ϑ at the arc s. For a single s, n is computed by its definition."""
     if is_lanes(s):
         arc = on_arc(shape, s)
         return arc.n, arc.angle
@@ -263,7 +259,7 @@ def shortening_and_angle(shape: ArcShape, s: Numeric) -> tuple[Numeric, Numeric]
 
 @compiled
 def _on_arc_exactly(shape: ArcShape, s: Lanes) -> CamOnArc:
-    """Return the functions of the arc by their definitions: where the polynomials end."""
+    """Return the functions of the arc by their definitions, beyond the polynomials."""
     n_all = n_slope = lever_deficit = q_all = filled(s, 0.0)
     for i in range(width(s)):
         arc = lane(s, i)
@@ -289,8 +285,7 @@ def on_arc(shape: ArcShape, s: Lanes) -> CamOnArc:
     n_slope, n_slope_odd = _pair(terms, SHORTENING_SLOPE, degree, s)
     lever, lever_odd = _pair(terms, LEVER, degree, s)
     angle, angle_odd = _pair(terms, ANGLE, degree, s)
-    # four polynomials side by side, even and odd powers of each apart: eight chains of
-    # multiplications, none of which waits for another
+    # eight independent chains of multiplications: four polynomials, even and odd powers apart
     for j in range(degree - 3, -1, -2):
         n, n_odd = _next(terms, SHORTENING, j, square, n, n_odd)
         n_slope, n_slope_odd = _next(terms, SHORTENING_SLOPE, j, square, n_slope, n_slope_odd)
@@ -317,10 +312,9 @@ def _next(
 
 
 # -----------------------------------------------------------------------------
-# The lever arm of the thread in compiled code: t, dt/dϑ and the lift at any cam angle.
+# The thread's lever arm in compiled code: t, dt/dϑ and the lift at any cam angle.
 #
-# The laws are those of `curves.cam`, as plain numbers. A `Numeric` is a float or `Lanes`; one
-# formula serves both wherever it can.
+# These are the laws of `curves.cam` as plain numbers. A `Numeric` is a float or `Lanes`.
 
 
 class Arm(NamedTuple):
@@ -329,7 +323,7 @@ class Arm(NamedTuple):
     Attributes:
         t: lever arm [m].
         t_prime: dt/dϑ [m/rad].
-        lift: ∫t dϑ, by which weight or spring is drawn [m].
+        lift: ∫t dϑ, the lift of the weight or the draw of the spring [m].
     """
 
     t: Numeric
@@ -339,7 +333,7 @@ class Arm(NamedTuple):
 
 @compiled
 def _spline(lever: TableLever | SmoothLever, q: float) -> Arm:
-    """Return the arm of a law in pieces: t is odd in q, t′ and the lift are even."""
+    """Return the arm of a piecewise law: t is odd in q, t′ and the lift are even."""
     size = abs(q)
     knots = lever.knots
     k = min(int(np.searchsorted(knots, size, 'right')) - 1, len(knots) - 2)
@@ -355,7 +349,7 @@ def _spline(lever: TableLever | SmoothLever, q: float) -> Arm:
 
 @compiled
 def _smooth_at(lever: SmoothLever, q: float) -> Arm:
-    """Return the arm of an analytic law: even polynomials of q about the middle, pieces beyond."""
+    """Return the arm of an analytic law: even polynomials near the middle, pieces beyond."""
     if abs(q) > lever.knots[1]:
         return _spline(lever, q)
     u = q / lever.knots[1]
@@ -370,7 +364,7 @@ def _smooth_at(lever: SmoothLever, q: float) -> Arm:
 
 @compiled
 def _splines(lever: TableLever | SmoothLever, q: Lanes) -> Arm:
-    """Return the arm of a law in pieces at the stages, each of which may lie in another piece."""
+    """Return the arm of a piecewise law at the stages, each in a piece of its own."""
     t = t_prime = lift = filled(q, 0.0)
     for i in range(width(q)):
         arm = _spline(lever, lane(q, i))
@@ -382,7 +376,7 @@ def _splines(lever: TableLever | SmoothLever, q: Lanes) -> Arm:
 
 @inlined
 def _smooth(lever: SmoothLever, q: Lanes) -> Arm:
-    """Return the arm of an analytic law at the stages, most of which lie about the middle."""
+    """Return the arm of an analytic law at the stages, most of them near the middle."""
     if largest(q) > lever.knots[1]:
         return _splines(lever, q)
     middle = lever.middle
@@ -402,13 +396,13 @@ def _smooth(lever: SmoothLever, q: Lanes) -> Arm:
 def lever_arm(lever: LeverArm, side: float, q: Numeric) -> Arm:
     """Return the arm at the cam angle q.
 
-    The law of a kinked cam on one `side` is continued smoothly over the kink, so that a step may
-    reach beyond it.
+    The law of a kinked cam on one `side` continues smoothly past the kink, for steps that cross
+    it.
     """
     if isinstance(lever, LinearLever):
         return Arm(lever.rate * q, lever.rate, 0.5 * lever.rate * (q * q))
     if isinstance(lever, ArcLever):
-        # `side` is the sign of ϑ that is felt
+        # `side` is the sign of ϑ
         sine, versine = sine_versine(q)
         cosine = 1.0 - versine
         return Arm(
@@ -431,7 +425,7 @@ def lever_arm(lever: LeverArm, side: float, q: Numeric) -> Arm:
 
 @inlined
 def excess(lever: LeverArm, q: Numeric, t: Numeric, pull: Numeric, square: float) -> Numeric:
-    """Return ω²q − pull·t, the excess of the harmonic torque over that of the well."""
+    """Return ω²q − pull·t, the harmonic torque minus the torque of the well."""
     if isinstance(lever, LinearLever):
         # the difference of two large terms would lose digits
         return (square - lever.rate * pull) * q
@@ -443,7 +437,7 @@ class Impulse(NamedTuple):
 
     Attributes:
         energy: twice its energy over I [rad2/s2].
-        ebb: how the energy falls from impulse to impulse; None: it is constant.
+        ebb: decline of the energy with the number of impulses, or `None` if constant.
     """
 
     energy: float
@@ -454,8 +448,8 @@ class UnbalancedWheel(NamedTuple):
     """The imbalance of the wheel over I.
 
     Attributes:
-        still: m d g/I on land [1/s2]; None at sea.
-        weight: m d/I, to be multiplied by the apparent gravity [1/m]; None on land.
+        still: m d g/I on land [1/s2], `None` at sea.
+        weight: m d/I, to be multiplied by the apparent gravity [1/m], `None` on land.
         direction: φ₀ [rad].
     """
 
@@ -465,20 +459,20 @@ class UnbalancedWheel(NamedTuple):
 
 
 class PerInertia(NamedTuple):
-    """The terms on the wheel, divided by its moment of inertia I; None where absent.
+    """The terms on the wheel, divided by its moment of inertia I, `None` if absent.
 
     Attributes:
         carried: μ = m/I of the mass that moves with the thread [1/m2].
         force: constant part of the pull F/I [1/(m s2)].
         stiffness: κ/I of the spring, to be multiplied by the lift [1/(m2 s2)].
-        weight: m/I of the mass that draws, to be multiplied by the apparent gravity [1/m2].
+        weight: m/I of the driving weight, to be multiplied by the apparent gravity [1/m2].
         viscous, quadratic, coulomb: c₁/I [1/s], c₂/I [1/rad] and c₀/I [rad/s2] of the drag.
         impulse: the escapement's impulse.
         recoil: R/I [rad/s2].
-        law: of a further drag, over I.
-        imbalance: that of the wheel.
-        share: factor of the torque of that law, where heat changes I.
-        growth: İ/I [1/s], where heat changes I.
+        law: a further drag law, over I.
+        imbalance: imbalance of the wheel.
+        share: factor of the law's torque if heat changes I.
+        growth: İ/I [1/s] if heat changes I.
     """
 
     carried: float | None
@@ -498,12 +492,12 @@ class PerInertia(NamedTuple):
 
 @inlined
 def hot_numbers(cold: PerInertia, hot: HeatTerms) -> PerInertia:
-    """Return the terms on the wheel where heat changes them, at an instant or at the nodes."""
+    """Return the terms on the wheel as heat changes them, at an instant or at the nodes."""
     share = hot.share
     impulse = cold.impulse
     imbalance = cold.imbalance
     if imbalance is not None:
-        # its arm is a length of the wheel, which grows by 1/grown
+        # the arm of the imbalance grows with the wheel, by 1/grown
         grown, still, weight = square_root(share), imbalance.still, imbalance.weight
         imbalance = UnbalancedWheel(
             None if still is None else still * grown,
@@ -529,20 +523,20 @@ def hot_numbers(cold: PerInertia, hot: HeatTerms) -> PerInertia:
 
 @inlined
 def term(coefficient: float | None, value: Numeric) -> Numeric:
-    """Return coefficient · value; an absent term is −0.0, the sum's neutral element."""
+    """Return coefficient · value. An absent term is −0.0, the sum's neutral element."""
     return -0.0 if coefficient is None else coefficient * value
 
 
 @inlined
 def pull_of(per_inertia: PerInertia, lift: Numeric, gravity: Numeric) -> Numeric:
-    """Return the pull on the thread over I, F/I, by the lift and the apparent gravity."""
+    """Return the pull on the thread over I, F/I, from the lift and the apparent gravity."""
     pull = term(per_inertia.force, 1.0) + term(per_inertia.stiffness, lift)
     return pull + term(per_inertia.weight, gravity)
 
 
 @inlined
 def whole_turns_off(angle: Numeric) -> Numeric:
-    """Return an angle between −π and π that differs by whole turns."""
+    """Return the angle minus whole turns, between −π and π."""
     # by rounding: below 2⁵¹ the sum keeps no fraction
     turns = (angle * (0.5 / math.pi) + ROUNDING_SHIFT) - ROUNDING_SHIFT
     return angle - turns * math.tau
@@ -550,9 +544,9 @@ def whole_turns_off(angle: Numeric) -> Numeric:
 
 @inlined
 def unbalanced(per_inertia: PerInertia, angle: Numeric, gravity: Numeric) -> Numeric:
-    """Return the torque of the imbalance, reversed, over I; −0.0 of a balanced wheel.
+    """Return the torque of the imbalance, reversed, over I, or −0.0 for a balanced wheel.
 
-    It is m d g_eff sin(ψ − β + φ₀)/I; the angle is ψ − β.
+    It is m d g_eff sin(ψ − β + φ₀)/I. The angle is ψ − β.
     """
     imbalance = per_inertia.imbalance
     if imbalance is None:
@@ -563,7 +557,7 @@ def unbalanced(per_inertia: PerInertia, angle: Numeric, gravity: Numeric) -> Num
 
 @inlined
 def resistance(per_inertia: PerInertia, rate: Numeric, mode: Mode) -> Numeric:
-    """Return the torque of drag and recoil against the motion over I, by θ̇."""
+    """Return the torque of drag and recoil against the motion over I, at the rate θ̇."""
     d = mode.direction
     drag = term(per_inertia.viscous, rate) + term(per_inertia.quadratic, d * (rate * rate))
     drag = drag + term(per_inertia.coulomb, d) + term(per_inertia.recoil, mode.pallet)
@@ -573,8 +567,8 @@ def resistance(per_inertia: PerInertia, rate: Numeric, mode: Mode) -> Numeric:
 
 @inlined
 def law_torque(law: DragLaw | None, rate: Numeric, mode: Mode) -> Numeric:
-    """Return the torque over I of the law that a drag adds; −0.0 without one."""
-    # −0.0 added to a number leaves its bits, also those of −0.0
+    """Return the torque over I of the additional drag law, or −0.0 without one."""
+    # adding −0.0 keeps the bits of any number, including −0.0
     return -0.0 if law is None else law.torque(rate, mode.direction)
 
 
@@ -592,19 +586,19 @@ def speed_of(mu: float | None, t: Numeric, w: Numeric, line_rate: Numeric) -> Nu
 
 @inlined
 def ride(mu: float | None, t: Numeric, t_prime: Numeric, speed: Numeric) -> Numeric:
-    """Return μ t t′ q̇²: the mass that moves with the thread, on a lever arm that changes."""
+    """Return μ t t′ q̇², the force of the moving mass as the lever arm changes."""
     return term(mu, t * t_prime * (speed * speed))
 
 
 @inlined
 def given_energy(impulse: Impulse, count: int) -> float:
-    """Return twice the energy of an impulse over I [1/s2], after `count` of them."""
+    """Return twice the energy of an impulse over I [1/s2], after `count` impulses."""
     return impulse.energy * (1.0 if impulse.ebb is None else impulse.ebb.strength(count))
 
 
 @inlined
 def kick(energy: float, rate: float, direction: float) -> float:
-    """Return the change of θ̇ and of ϑ̇ by an impulse, by twice its energy over the inertia.
+    """Return the change of θ̇ and of ϑ̇ by an impulse of half the given energy, over the inertia.
 
     `rate` is θ̇ before it, `direction` the sign of θ̇ after it.
     """
