@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
 import shlex
@@ -110,6 +111,19 @@ def test_the_passage_of_the_readme_is_that_of_the_table(outputs: ModuleType) -> 
     assert [row[0] for row in rows] == list(outputs.NAVIGATORS)
     shown = README.partition('| what the navigator allows for')[2].partition('\n\n')[0]
     assert cells(shown)[2:] == [[row[0], *row[3:]] for row in rows]
+
+
+def test_the_readmes_day_of_the_clock_is_a_row_of_the_benchmark() -> None:
+    """Problem c: Euler's clock at sea, a swing a second, over ten days."""
+    rows = json.loads((ROOT / 'benchmarks' / 'work_precision.json').read_text('utf-8'))['rows']
+    days = {
+        (f'{row["run_s"] * 86_400.0 / row["duration_s"]:.2f}', f'{row["error_s_per_day"]:.0e}')
+        for row in rows
+        if row['problem'] == 'c' and row['program'] == 'tauto'
+    }
+    shown = re.search(r'takes ([\d.]+) s to compute at an\s+error of (\S+)', README)
+    assert shown
+    assert (shown[1], shown[2].replace('e-', 'e-0')) in days
 
 
 def test_the_maker_s_passage_is_that_of_the_voyages(outputs: ModuleType) -> None:
