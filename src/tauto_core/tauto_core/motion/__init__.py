@@ -1,7 +1,6 @@
 """Propagators: how the regulator moves under the ship's motion.
 
-Code outside this package does not know which one runs: `make_propagator` chooses once, from the
-machine and from whether the platform lies still.
+`make_propagator` chooses one by the machine and by whether the platform is still.
 """
 
 from __future__ import annotations
@@ -31,23 +30,20 @@ __all__ = [
 
 
 class Propagator(Protocol):
-    """Moves the regulator over spans of forcing.
-
-    How the spans are divided into calls does not change the result.
-    """
+    """Moves the regulator over spans of forcing, with the same result in one call or in many."""
 
     name: str
 
     def release(self, forcing: Forcing) -> Motion:
-        """Release at rest in the case where the first span begins; return that instant."""
+        """Release at rest in the case, at the beginning of the first span."""
         ...
 
     def advance(self, forcing: Forcing) -> Motion:
-        """Advance over the spans; return the motion at the logged ends."""
+        """Advance over the spans and return the motion at their logged ends."""
         ...
 
     def state(self) -> State:
-        """Return all that the motion from here on depends on."""
+        """Return everything that the further motion depends on."""
         ...
 
     def restore(self, state: State) -> None:
@@ -95,25 +91,27 @@ def _swings_freely(machine: Machine | LeverMachine) -> bool:
 
 
 ROUGH_SHARE, LEAST_ROUGH = 3e-4, 3e-13
-"""Tolerance over the accuracy [day/s] where the lever arm has joints or a thread is real, and the
-least of such tolerances. There all steps err by up to 1000 s/day times the tolerance, elsewhere by
-250 (measured over the built-in scenes, from 1e-3 to 1e-10).
+"""Tolerance over the accuracy [day/s] for a lever arm with joints or a real thread, and the least
+such tolerance. There the rate errs by up to 1000 s/day times the tolerance, elsewhere by 250
+(measured over the built-in scenes, from 1e-3 to 1e-10).
 """
 
 FREE_SHARE = 5e-7
-"""The same on a wheel without an escapement: nothing restores its amplitude there, so that the
-errors of its energy at kinks and joints add up. In the first day a cheek errs by up to 1.8e6 s
-times the tolerance.
+"""Tolerance over the accuracy [day/s] for a wheel without an escapement. No impulse restores its
+amplitude, and the energy errors at kinks and joints add up: a cheek errs in the first day by up
+to 1.8e6 s times the tolerance.
 """
 
 SMOOTH_SHARE, LEAST_SMOOTH, LARGEST_ASKED = 1e-3, 2e-12, 1e-3
-"""The same where steps are smooth, least that of `stepping`; and the largest tolerance of all."""
+"""Tolerance over the accuracy [day/s] for smooth steps, the least such tolerance
+(`stepping.TOLERANCE`), and the largest tolerance of all.
+"""
 
 
 def asked_tolerance(
     machine: AnyMachine | InPlaceOfWheel, *, accuracy: float | None, tolerance: float | None
 ) -> float | None:
-    """Return the tolerance of a scene that states one, or an accuracy [s/day], or neither."""
+    """Return the tolerance for an accuracy [s/day], or `tolerance` without an accuracy."""
     if accuracy is None:
         return tolerance
     smooth = isinstance(machine, Machine) and not (machine.cam.joints.size or machine.cam.kinked)
@@ -136,12 +134,14 @@ def make_propagator(
     tolerance: float | None = None,
     sweeps: int | None = None,
 ) -> Propagator:
-    """Return the propagator for a machine on a platform that lies still or moves.
+    """Return the propagator for a machine on a still or moving platform.
 
-    The tolerance is the error of a step relative to the state, where steps are needed. Where a
-    machine can step from impulse to impulse (`free_end`), `sweeps` is how often the stages of such
-    a step are swept: 0 for no such steps, None for the number that the tolerance needs
-    (`sweeps_for`).
+    Args:
+        machine: what moves.
+        still: whether the platform is still.
+        tolerance: error allowed in a step, relative to the state.
+        sweeps: sweeps over the stages of an event-to-event step (`free_end`): 0 for no such
+            steps, `None` for the number that the tolerance needs (`sweeps_for`).
     """
     if isinstance(machine, InPlaceOfWheel):
         return _in_place_of_wheel(machine)
@@ -180,29 +180,27 @@ def _in_place_of_wheel(machine: InPlaceOfWheel) -> Propagator:
 
 
 def steps_in(propagator: Propagator | None) -> Callable[[float], int]:
-    """Return the function that says how many steps fill a piece of forcing of a length [s].
+    """Return a function from the length of a piece of forcing [s] to the number of its steps.
 
-    It says one where no steps are taken, where they end at events in every swing, or without a
-    propagator.
+    The number is 1 without a propagator or steps, and if steps end at events in every swing.
     """
     steps: Callable[[float], int] = getattr(propagator, 'steps_in', lambda _: 1)
     return steps
 
 
 FREE_END_SWEEPS = (1e-6, 2), (1e-9, 3)
-"""Tolerances from which free-end steps are taken, and their sweeps. A
-single sweep is never chosen: in a winter's sea the swings of a weight go wrong by minutes a day.
+"""Least tolerances of event-to-event steps, and their sweeps. One sweep is never enough: a weight
+in a winter sea then errs by minutes a day.
 """
 
-
 STRONG_SWEEPS = ((1e-7, 3),)
-"""The same on a kinked cam and on a real thread, whose wells are strongly anharmonic."""
+"""The same for a kinked cam and a real thread, which have strongly anharmonic wells."""
 
 
 def sweeps_for(tolerance: float | None, strong: bool = False) -> int:
-    """Return the sweeps of free-end steps that a tolerance asks for; 0: none keep it.
+    """Return the sweeps of event-to-event steps within a tolerance, or 0 if such steps exceed it.
 
-    A `strong` well is that of a kinked cam or of a real thread.
+    A kinked cam and a real thread have a `strong` well.
     """
     bound, table = tolerance or 0.0, STRONG_SWEEPS if strong else FREE_END_SWEEPS
     return next((sweeps for error, sweeps in table if bound >= error), 0)
@@ -211,7 +209,7 @@ def sweeps_for(tolerance: float | None, strong: bool = False) -> int:
 def make_collocation(
     machine: AnyMachine, tolerance: float | None = None, sweeps: int | None = None
 ) -> Collocation | RealThreads:
-    """Return the general propagator for a machine, which takes steps; imports kernels."""
+    """Return the general propagator for a machine, which takes steps. This imports kernels."""
     if isinstance(machine, Machine):
         count = sweeps_for(tolerance, machine.cam.kinked) if sweeps is None else sweeps
         if count and machine.escapement is not None:

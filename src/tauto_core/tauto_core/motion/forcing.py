@@ -1,9 +1,9 @@
-"""The forcing of the machine over short pieces, its motion, and the phase of that.
+"""The forcing of the machine, its motion, and the oscillator phase.
 
-A piece is the time between two joints of the polynomials, which are samples of the motion, next to
-each other or several apart; x runs from 0 to 1 over its `length_s`. A span is a part of a piece,
-from x = `begin` to `end`. Spans follow each other without gaps, and one ends wherever the motion
-is to be logged.
+A piece is the time between two joints of the forcing's polynomials. Joints are samples of the
+ship's motion, one or several sample intervals apart. x runs from 0 to 1 over the `length_s` of a
+piece. A span is a part of a piece, from x = `begin` to `end`. Spans follow each other without
+gaps, and a span ends at each logged instant.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ from tauto_core.samples import FloatArray, IntArray
 from tauto_core.scene.errors import PropagationError
 
 LEAST_UPWARD = 1.0
-"""Specific force upwards in the case with which a thread still follows its direction [m/s²]."""
+"""Least upward specific force in the case with which a thread follows its direction [m/s²]."""
 
 
 # -----------------------------------------------------------------------------
-# Errors that end a motion, the same for all propagators.
+# Errors that end a motion, shared by all propagators.
 
 
 def edge_reached(machine: Machine, time_s: float) -> PropagationError:
@@ -48,7 +48,7 @@ def released_beyond(machine: Machine, cam_angle: float) -> PropagationError:
 
 
 def thread_slack(time_s: float) -> PropagationError:
-    """Return the error of a thread that would have to push."""
+    """Return the error of a slack thread."""
     return PropagationError(
         'the thread went slack (its tension fell to 0 N, and a thread cannot push). Use a lighter '
         'weight, a smaller release angle, a stronger pull or a calmer sea; smooth the '
@@ -58,7 +58,7 @@ def thread_slack(time_s: float) -> PropagationError:
 
 
 def lifted_off(time_s: float) -> PropagationError:
-    """Return the error of a case whose axle would have to be held down."""
+    """Return the error of a suspended case that lifts off its bearing."""
     return PropagationError(
         'the axle of the suspension lifted off its bearing (the contact force fell to 0 N). Keep '
         "its period away from the sea's, hang the case nearer to the roll axis (ship.height), or "
@@ -68,7 +68,7 @@ def lifted_off(time_s: float) -> PropagationError:
 
 
 def turned_over(time_s: float) -> PropagationError:
-    """Return the error of a case that swings all the way round."""
+    """Return the error of a suspended case that turns over."""
     return PropagationError(
         'the suspended case turned over (more than 3 rad from the contact or from the vertical). '
         "Keep its period away from the sea's, or hang it nearer to the roll axis (ship.height)",
@@ -77,7 +77,7 @@ def turned_over(time_s: float) -> PropagationError:
 
 
 def beyond_small_angles(tilt: float, limit: float, time_s: float) -> PropagationError:
-    """Return the error of a suspended case that swings wider than its equations hold."""
+    """Return the error of a suspended case that swings beyond the range of its equations."""
     return PropagationError(
         f'the suspended case swings {tilt:.3g} rad from the vertical; the equations of small '
         f'angles are taken up to {limit:g} rad. Set suspension.large_angles to true, or keep the '
@@ -87,17 +87,18 @@ def beyond_small_angles(tilt: float, limit: float, time_s: float) -> Propagation
 
 
 class Polynomials(NamedTuple):
-    """A polynomial u over each of n spans, by the numbers that determine it.
+    """A polynomial u over each of n spans.
 
-    Where the piece of a span is regular, the samples of its window do: they are as many for all of
-    these, evenly spaced and centred on the piece, and u has their values and rates.
+    On a regular piece u interpolates values and rates of a window of evenly spaced samples,
+    centred on the piece. All windows have the same number of samples. On other pieces u is given
+    by its coefficients.
 
     Attributes:
         values: u at the samples, (m,).
         rates: u̇ at the samples [1/s], (m,).
-        sample: of a span of a regular piece, the index of the first sample of its window, ≥ 0; of
-            any other, −1 less its row in `fitted`; (n,).
-        fitted: coefficients of x^j over pieces that are not regular, (k, w).
+        sample: index of the first sample of the span's window, ≥ 0. On an irregular piece,
+            −1 minus its row in `fitted`, (n,).
+        fitted: coefficients of x^j over irregular pieces, (k, w).
     """
 
     values: FloatArray
@@ -108,11 +109,11 @@ class Polynomials(NamedTuple):
 
 @dataclass(frozen=True)
 class Window:
-    """The neutral line as the samples that its polynomials interpolate, for linear propagators.
+    """The neutral line by its samples, for linear propagators.
 
     Attributes:
         nodes: x of the p samples of a regular piece's window.
-        line: γ over the spans [rad]; w of `Polynomials` is 2p.
+        line: γ over the spans [rad], with w = 2p.
     """
 
     nodes: tuple[float, ...]
@@ -121,14 +122,15 @@ class Window:
 
 @dataclass(frozen=True)
 class Temperatures:
-    """The clock's temperature over the log intervals of n spans: linear within each of them.
+    """The clock's temperature, linear within each of m log intervals, for n spans.
 
     Attributes:
-        celsius: temperature where each of m intervals begins, and where it ends [°C], (m, 2).
-        begin_s: time from the start of the run at which they begin [s], (m,).
+        celsius: temperature at the beginning and at the end of each interval [°C], (m, 2).
+        begin_s: time from the start of the run to the beginning of each interval [s], (m,).
         interval_s: length of a log interval [s].
-        interval: interval in which each span lies, (n,).
-        place: where in it the piece of the span begins, as a part of its length, (n,).
+        interval: index of the span's interval, (n,).
+        place: time from the interval's beginning to the beginning of the span's piece, over the
+            length of the interval, (n,).
     """
 
     celsius: FloatArray
@@ -145,24 +147,23 @@ class Temperatures:
 
 @dataclass(frozen=True)
 class Forcing:
-    """n consecutive spans and the polynomials that hold over them.
+    """n consecutive spans and their polynomials in x. An absent channel is `None`.
 
     Attributes:
-        length_s: length of the piece each span belongs to [s], (n,).
-        begin: where in the piece the span begins, 0 ≤ begin < end ≤ 1, (n,).
-        end: where in the piece the span ends, (n,).
-        end_ns: time of the span's end from the start of the run [ns], (n,).
-        logged: whether the state at the span's end is wanted, (n,).
-        neutral: coefficients of x^j of the neutral line's direction γ [rad], (n, m); None where
-            the platform lies still, or a window takes its place.
-        tilt: the same of the neutral line's tilt in the case, γ − α_c [rad], (n, m'); None where
-            it is zero, because the line moves with the case or the platform lies still.
-        gravity: the same of the apparent gravity [m/s2], (n, m''); None where the pull does not
-            depend on it.
-        window: the neutral line by its samples; None where coefficients are wanted.
-        lean: coefficients of x^j of the apparent vertical's direction less γ, β − γ [rad]; None
-            where it is zero, or nothing asks for it.
-        temperatures: those of the clock; None where the machine does not feel them.
+        length_s: length of the span's piece [s], (n,).
+        begin, end: x at both ends of the span, 0 ≤ begin < end ≤ 1, (n,).
+        end_ns: time from the start of the run to the span's end [ns], (n,).
+        logged: whether the state at the span's end is logged, (n,).
+        neutral: coefficients of the neutral line's direction γ [rad], (n, m). Absent on a still
+            platform, and if `window` is given.
+        tilt: coefficients of the neutral line's tilt in the case, γ − α_c [rad], (n, m'). Absent
+            on a still platform, and if the line moves with the case.
+        gravity: coefficients of the apparent gravity [m/s2], (n, m''). Absent if the pull does
+            not depend on it.
+        window: the neutral line by its samples, instead of `neutral`.
+        lean: coefficients of β − γ, the apparent vertical from the neutral line [rad], for an
+            unbalanced wheel.
+        temperatures: the clock's temperatures, for a machine that heat changes.
     """
 
     length_s: FloatArray
@@ -182,7 +183,7 @@ class Forcing:
 class Motion:
     """The regulator's motion at n logged instants, all (n,).
 
-    `half_turns` + `fraction` is the oscillator phase φ since the start, over π (reading.md).
+    `half_turns` + `fraction` is φ/π, with the oscillator phase φ since the start (reading.md).
     """
 
     angle: FloatArray
@@ -208,25 +209,24 @@ def no_motion() -> Motion:
 # -----------------------------------------------------------------------------
 # The oscillator phase (docs/theory/reading.md) and its exact reduction to half turns.
 #
-# φ is the unwrapped angle of (s, −ṡ/ω) less its value at the start, with s = ∫√M dϑ the arc length
-# of the well and ω its small-amplitude frequency. A turn is added at every upward passage of ϑ =
-# 0.
+# φ is the unwrapped angle of (s, −ṡ/ω) minus its value at the start, with the arc length of the
+# well s = ∫√M dϑ and its small-amplitude frequency ω. Each upward passage of ϑ = 0 adds a turn.
 
 PI = Decimal('3.14159265358979323846264338327950288419716939937510582097494459')
 PHASE_DIGITS = 50
 """Digits of decimal arithmetic with phases."""
 
-# Largest time in nanoseconds that is exact as a float: 104 days.
+# Nanoseconds are exact as a float up to here: 104 days.
 _COARSE_NS = 2**53
 
 BELOW_ONE = 1.0 - 2.0**-53
-"""The largest fraction of a half turn: at 1 the next half turn begins."""
+"""The largest fraction of a half turn."""
 
 _SPLIT = 134217729.0  # 2^27 + 1, Dekker's splitter
 
 
 def two_floats(exact: Decimal) -> tuple[float, float]:
-    """Return a number as the sum of two floats, to about 32 digits."""
+    """Return a number as the sum of two floats, good to about 32 digits."""
     with localcontext() as context:
         context.prec = PHASE_DIGITS
         high = float(exact)
@@ -236,13 +236,13 @@ def two_floats(exact: Decimal) -> tuple[float, float]:
 def half_turns(time_ns: IntArray, per_ns: tuple[float, float]) -> tuple[IntArray, FloatArray]:
     """Return the phase of a uniform rotation in whole half turns and the fraction in [0, 1).
 
-    The time since the release is ≥ 0 [ns], (n,), and the half turns per ns are two floats. Only
-    the fraction is rounded, however long the time (Dekker's exact product, 1971).
+    The time since the release is ≥ 0 [ns], (n,). `per_ns` is the half turns per ns as two floats.
+    Only the fraction is rounded, at any length of time (Dekker's exact product, 1971).
     """
     high, low = per_ns
     halves = np.zeros(len(time_ns), np.int64)
     fraction = np.zeros(len(time_ns))
-    # Two parts, each exact as a float, so that no length of run rounds the time.
+    # two parts, each exact as a float, keep the time exact at any length of run
     fine = time_ns % _COARSE_NS
     coarse = time_ns - fine
     for part in (coarse, fine) if coarse.any() else (fine,):
@@ -256,7 +256,7 @@ def half_turns(time_ns: IntArray, per_ns: tuple[float, float]) -> tuple[IntArray
 
 
 def _product(a: FloatArray, b: float) -> tuple[FloatArray, FloatArray]:
-    """Return a·b and its rounding error, exactly."""
+    """Return a·b and its exact rounding error."""
     product = a * b
     c = _SPLIT * a
     a_high = c - (c - a)
@@ -273,14 +273,13 @@ def polar(
 ) -> FloatArray:
     """Return the angle of (x, −ẋ/ω) within a turn, in [−π/2, 3π/2) [rad], (n,).
 
-    A turn ends where x passes zero upwards, which is where turns are counted (reading.md). A
-    release lies there only where it is at rest at zero and starts upwards. So rounding cannot put
-    any other release on either side of the joint. At rest at zero the angle is that of the motion
-    just after, which the acceleration starts; only its sign is used.
+    A turn ends at the upward passage of x through zero, which is counted (reading.md). Only a
+    release from rest at zero can coincide with this end. Its angle then follows the sign of the
+    acceleration.
     """
     rests = (coordinate == 0.0) & (speed == 0.0)
     speed = np.where(rests, acceleration, speed)
-    # the sums turn −0.0, which arctan2 tells from 0.0, into 0.0
+    # adding 0.0 turns −0.0, which arctan2 distinguishes from 0.0, into 0.0
     angle = np.arctan2(0.0 - speed / omega, coordinate + 0.0)
     return np.where((coordinate < 0.0) & (angle < 0.0), angle + math.tau, angle)
 
@@ -288,7 +287,7 @@ def polar(
 def polar_rate(
     coordinate: FloatArray, speed: FloatArray, acceleration: FloatArray, omega: float
 ) -> FloatArray:
-    """Return φ̇ = ω (ẋ² − x ẍ)/(ω² x² + ẋ²) [rad/s]; 0 at rest at zero, where φ has no value."""
+    """Return φ̇ = ω (ẋ² − x ẍ)/(ω² x² + ẋ²) [rad/s], or 0 at rest at zero (φ is undefined)."""
     square = omega * omega * coordinate * coordinate + speed * speed
     areal = omega * (speed * speed - coordinate * acceleration)
     return np.divide(areal, square, out=np.zeros_like(square), where=square > 0.0)
@@ -297,8 +296,10 @@ def polar_rate(
 def since_start(turns: IntArray, angle: FloatArray, start: float) -> tuple[IntArray, FloatArray]:
     """Return the phase since the start in whole half turns and the fraction in [0, 1), (n,).
 
-    From upward passages since the start, the angle within a turn (`polar`) [rad], and that at the
-    start.
+    Args:
+        turns: upward passages since the start, (n,).
+        angle: angle within a turn (`polar`) [rad], (n,).
+        start: the angle at the start [rad].
     """
     phase = (angle - start) / math.pi
     floor = np.floor(phase)
@@ -308,7 +309,7 @@ def since_start(turns: IntArray, angle: FloatArray, start: float) -> tuple[IntAr
 def within_turn(
     machine: Machine, angle: FloatArray, rate: FloatArray, acceleration: FloatArray
 ) -> FloatArray:
-    """Return the angle of (s, −ṡ/ω) in [−π/2, 3π/2) from ϑ, ϑ̇ and ϑ̈; see `polar`."""
+    """Return the angle of (s, −ṡ/ω) in [−π/2, 3π/2) from ϑ, ϑ̇ and ϑ̈ (`polar`)."""
     speed = np.sqrt(machine.mass(angle)) * rate
     return polar(machine.arc(angle), speed, acceleration, machine.frequency)
 

@@ -1,13 +1,12 @@
 """Lanes: eight or sixteen doubles as one number, such as the values at the stages of a step.
 
-Lanes exist in compiled code only. They add, subtract, multiply, divide and negate, with each other
-and with floats, so that one formula serves all stages of a step as well as one instant. LLVM maps
-eight of them to what the processor has: one register of AVX-512, two of AVX2, four of SSE2 or
-NEON, or plain doubles. Operations are neither reordered nor fused, except by `fma`, so that the
-bits are the same everywhere.
+Lanes exist in compiled code only. They support + − · / and negation with lanes and with floats.
+One formula therefore serves an instant and all stages of a step. LLVM maps eight lanes to the
+registers of the processor: one of AVX-512, two of AVX2, four of SSE2 or NEON. Only `fma` fuses
+operations and none is reordered, which keeps the bits the same on every processor.
 
-Arrays and fields of records are read and written by rows. A row of an array is eight numbers long,
-one of a record's field as long as the last dimension of the field's type.
+Arrays and fields of records are read and written by rows. A row of an array has eight numbers. A
+row of a record's field has as many as the last dimension of its type.
 """
 
 from __future__ import annotations
@@ -26,10 +25,10 @@ Lanes: TypeAlias = Any
 """A number at each stage of a step, in compiled code."""
 
 Numeric: TypeAlias = Any
-"""A number at an instant, or at each stage of a step: one formula serves both."""
+"""A number at an instant, or at each stage of a step."""
 
 NumericPair: TypeAlias = tuple[Numeric, Numeric]
-"""One for each of two rotating planes, or one for each of two angles."""
+"""A number for each of two rotating planes, or for each of two angles."""
 
 
 def _is_lanes(x: Any) -> bool:
@@ -61,14 +60,14 @@ def store(out: Emission, array: Any, row: Any, lanes: Any) -> None:
 
 
 def _combined(out: Emission, rows: Any, start: Any, weight_sets: tuple[Any, ...]) -> list[Any]:
-    """Return Σ_j weights_j · row (start + j) for each of several weights."""
+    """Return Σ_j weights_j · row (start + j) for each set of weights."""
     begin, count = out.int(start), _row(rows)
     sums: list[list[Any]] = [[] for _ in weight_sets]
     for j in range(count):
         row = _loaded(out, rows, out.next(begin, j))
         for weights, parts in zip(weight_sets, sums, strict=True):
             pair = row, out.spread(out.item(out.lanes(weights), j), count)
-            # four sums side by side, since an fma waits for the one before it in its sum
+            # four partial sums, since an fma waits for the one before it in its sum
             if j < 4:
                 parts.append(out.b.fmul(*pair))
             else:
@@ -79,13 +78,13 @@ def _combined(out: Emission, rows: Any, start: Any, weight_sets: tuple[Any, ...]
 
 @intrinsic
 def combined(out: Emission, array: Any, start: Any, weights: Any) -> Any:
-    """Return Σ_j weights_j · row (start + j); four sums side by side, for speed."""
+    """Return Σ_j weights_j · row (start + j)."""
     return _combined(out, array, start, (weights,))[0]
 
 
 @intrinsic
 def combined_both(out: Emission, array: Any, start: Any, weights: Any, second_weights: Any) -> Any:
-    """Return `combined` of the same rows with two weights; each row is read once."""
+    """Return `combined` of the same rows with two sets of weights, reading each row once."""
     return out.group(_combined(out, array, start, (weights, second_weights)))
 
 
@@ -95,7 +94,7 @@ def _mirrored(out: Emission, vector: Any) -> Any:
 
 
 def _total_everywhere(out: Emission, vector: Any) -> Any:
-    """Return the sum of the lanes, in each lane; the order of summation is fixed."""
+    """Return the sum of the lanes in each lane, in a fixed order of summation."""
     count, distance = vector.type.count, 1
     while distance < count:
         partner = out.shuffled(vector, vector, [i ^ distance for i in range(count)])
@@ -140,13 +139,13 @@ def folded_both(
 ) -> Any:
     """Return `combined_both` of the matrix of a symmetric rule, at half the operations.
 
-    Half the rule's weights subtracted from each row leave a matrix that changes its sign when the
-    order of its rows and of its columns is reversed. It therefore takes sums of mirrored numbers
-    to differences, and differences to sums, by matrices of half the size. Numbers that all lanes
-    need are read back from memory: loads run beside the arithmetic, moves between lanes would not.
+    If half the rule's weights are subtracted from each row, the matrix changes its sign when rows
+    and columns are reversed. It therefore maps sums of mirrored numbers to differences, and
+    differences to sums, by matrices of half the size. Weights are read back from memory, because
+    loads run in parallel with arithmetic, and moves between lanes do not.
 
-    The matrix is in `array` from `start` on, as `gauss_step.Gauss.folded`; two rows from
-    `room` on are overwritten.
+    The matrix starts at row `start` of `array`, as `gauss_step.Gauss.folded`. Two rows from `room`
+    on are overwritten.
     """
     begin, place = out.int(start), out.int(room)
     return out.group(
@@ -159,25 +158,25 @@ def folded_both(
 
 @intrinsic
 def is_lanes(_out: Emission, x: Any) -> Any:
-    """Return whether a number is lanes: known when compiling."""
+    """Return whether a number is lanes (known when compiling)."""
     return _is_lanes(x)
 
 
 @intrinsic
 def width(_out: Emission, rows: Any) -> Any:
-    """Return the length of a row, or the number of lanes: known when compiling."""
+    """Return the length of a row, or the number of lanes (known when compiling)."""
     return _row(rows)
 
 
 @intrinsic
 def filled(out: Emission, like: Any, x: Any) -> Any:
-    """Return the same number in all lanes, as many of them as lanes or rows `like` has."""
+    """Return lanes that all equal x, as many as `like` or its rows have."""
     return out.as_lanes(out.spread(out.float(x), _row(like)))
 
 
 @intrinsic
 def splat(out: Emission, x: Any) -> Any:
-    """Return the same number in eight lanes."""
+    """Return eight lanes that all equal x."""
     return out.as_lanes(out.spread(out.float(x), SIZE))
 
 
@@ -195,7 +194,7 @@ def with_lane(out: Emission, lanes: Any, i: Any, x: Any) -> Any:
 
 @intrinsic
 def fma(out: Emission, a: Any, b: Any, c: Any) -> Any:
-    """Return a·b + c, rounded once; lanes where any of them is lanes, else a float."""
+    """Return a·b + c, rounded once: lanes if any argument is lanes, otherwise a float."""
     wide = next((x.kind for x in (a, b, c) if _is_lanes(x)), None)
     if wide is None:
         return out.as_float(out.vector_function('fma', *(out.float(x) for x in (a, b, c))))
@@ -204,7 +203,7 @@ def fma(out: Emission, a: Any, b: Any, c: Any) -> Any:
 
 @intrinsic
 def square_root(out: Emission, x: Any) -> Any:
-    """Return the square root, correctly rounded: lanes of lanes, a float of a float."""
+    """Return the correctly rounded square root of lanes or a float."""
     if _is_lanes(x):
         return out.as_lanes(out.vector_function('sqrt', x.ir))
     return out.as_float(out.vector_function('sqrt', out.float(x)))
@@ -215,7 +214,7 @@ def _larger(out: Emission, a: Any, b: Any) -> Any:
 
 
 def _folded(out: Emission, vector: Any, pair: Callable[[Any, Any], Any]) -> Any:
-    """Fold halves onto each other until one number is left; the order is fixed."""
+    """Fold halves onto each other until one number is left, in a fixed order."""
     count = vector.type.count
     while count > 1:
         count //= 2
@@ -227,27 +226,27 @@ def _folded(out: Emission, vector: Any, pair: Callable[[Any, Any], Any]) -> Any:
 
 @intrinsic
 def largest(out: Emission, lanes: Any) -> Any:
-    """Return the largest magnitude of the lanes; a NaN may be ignored."""
+    """Return the largest magnitude of the lanes. A NaN may be ignored."""
     size = out.vector_function('fabs', out.lanes(lanes))
     return _folded(out, size, lambda a, b: _larger(out, a, b))
 
 
 @intrinsic
 def negative(out: Emission, lanes: Any) -> Any:
-    """Return one bit for each lane, set if it is below zero; the first lane's is the lowest."""
+    """Return one bit for each lane, set if it is below zero. Lane 0 has the lowest bit."""
     vector = out.lanes(lanes)
     return out.as_int(out.bits(out.b.fcmp_ordered('<', vector, out.zeros(vector))))
 
 
 @intrinsic
 def ones(out: Emission, bits: Any) -> Any:
-    """Return the number of bits that are set."""
+    """Return the number of set bits."""
     return out.as_int(out.b.ctpop(out.int(bits)))
 
 
 @intrinsic
 def chosen(out: Emission, sign: Any, below: Any, above: Any) -> Any:
-    """Return one of two, lane by lane: the first where a sign is below zero, else the second."""
+    """Return, lane by lane, `below` if the sign is below zero, otherwise `above`."""
     vector = out.lanes(sign)
     is_below = out.b.fcmp_ordered('<', vector, out.zeros(vector))
     return out.as_lanes(out.b.select(is_below, out.lanes(below), out.lanes(above)))
@@ -255,14 +254,14 @@ def chosen(out: Emission, sign: Any, below: Any, above: Any) -> Any:
 
 @intrinsic
 def larger(out: Emission, a: Any, b: Any) -> Any:
-    """Return the larger magnitude of two, lane by lane."""
+    """Return, lane by lane, the larger magnitude of two."""
     sizes = [out.vector_function('fabs', out.lanes(x)) for x in (a, b)]
     return out.as_lanes(_larger(out, *sizes))
 
 
 @intrinsic
 def lowest(out: Emission, lanes: Any) -> Any:
-    """Return the least of the lanes; a NaN may be ignored."""
+    """Return the least of the lanes. A NaN may be ignored."""
 
     def smaller(a: Any, b: Any) -> Any:
         return out.b.select(out.b.fcmp_ordered('<', a, b), a, b)

@@ -1,8 +1,8 @@
-"""The interface between the driver and a system, and the motion of the ship that it feels.
+"""The interface between the driver and a system, and the ship's motion that drives it.
 
-A system – a wheel, a lever, a swinging thread, a case – is a NamedTuple of numbers with the
-methods of `System`. Branches that are decided when compiling cost nothing: a wheel without an
-escapement has no code for impulses.
+A system (a wheel, a lever, a swinging thread, a case) is a NamedTuple of numbers with the methods
+of `System`. Properties known when compiling cost no time: a wheel without an escapement has no
+code for impulses.
 """
 
 from __future__ import annotations
@@ -28,28 +28,28 @@ from tauto_core.motion.lanes import (
 from tauto_core.samples import FloatArray, IntArray
 
 # -----------------------------------------------------------------------------
-# The motion of the ship: at an instant, and at the nodes of a step.
+# The ship's motion at an instant and at the nodes of a step.
 #
-# The forcing consists of pieces, in each of which every channel is a polynomial of x, 0 to 1. For
-# the piece of a span, `set_piece` lays the polynomials of all channels and of their time
-# derivatives side by side, the coefficients of a power of x in each row of `work.piece`: one pass
-# of Horner's scheme then evaluates them all.
+# Over a piece of forcing every channel is a polynomial of x, 0 ≤ x ≤ 1. `set_piece` copies the
+# coefficients of all channels and of their time derivatives into `work.piece`, one power of x in
+# each row. One pass of Horner's scheme then evaluates them all.
 
 DRIVE, DRIVE_RATE, DRIVE_BEND, TILT, TILT_RATE, TILT_BEND, APPARENT_GRAVITY, LEAN = range(8)
-"""Columns of a piece: the drive and the tilt, each with two time derivatives; gravity, lean."""
+"""Columns of a piece: drive and tilt, each with two time derivatives, then gravity and lean."""
 
 HEAT_POWERS = 4
-"""Powers of x of a number of the machine over a log interval: a cubic."""
+"""Coefficients of a parameter of the machine over a log interval: a cubic."""
 
 
 class HeatTerms(NamedTuple):
-    """The numbers of a machine that heat changes, over its inertia I, as columns of a piece.
+    """The machine's thermal parameters, over its inertia I, as columns of a piece.
 
     Attributes:
-        carried, force, stiffness, weight, viscous: as in `wells.PerInertia`. Of a lever `weight`
-            is κ (`lever`); of a swinging thread it is m r/I, `carried` r and `force` ṙ [m/s].
-        share: I at `at_celsius`, where the machine's numbers hold, over I. Torques on the wheel
-            that heat does not change are multiplied by it.
+        carried, force, stiffness, weight, viscous: as in `wells.PerInertia`. For a lever `weight`
+            is κ (`lever`). For a swinging thread `weight` is m r/I, `carried` r and `force` ṙ
+            [m/s].
+        share: I at the reference temperature `at_celsius`, over I. It multiplies the torques on
+            the wheel that heat does not change.
         growth: İ/I [1/s].
     """
 
@@ -63,17 +63,17 @@ class HeatTerms(NamedTuple):
 
 
 HOT, HOT_NUMBERS = SIZE, 7
-"""First column of `HeatTerms`, and how many; columns beyond `SIZE` are there where heat acts."""
+"""First column and number of `HeatTerms`. A piece has columns beyond `SIZE` only if heat acts."""
 
 
 class HeatPieces(NamedTuple):
-    """The numbers of the machine over log intervals, and where in them the pieces lie.
+    """The machine's thermal parameters over log intervals, and the place of each piece in them.
 
     Attributes:
         terms: coefficients of u^j, u from 0 to 1 over an interval: a row of `HeatTerms` for each
             power of each interval, (intervals · HEAT_POWERS, SIZE).
         interval: the interval of each span, (n,).
-        begin, size: u where the piece of a span begins, and its length in u, (n,).
+        begin, size: u at the beginning of the span's piece, and the piece's length in u, (n,).
     """
 
     terms: FloatArray
@@ -83,12 +83,12 @@ class HeatPieces(NamedTuple):
 
 
 class ForcingPieces(NamedTuple):
-    """ForcingPieces of forcing; a channel is None where it is absent.
+    """Pieces of forcing. An absent channel is `None`.
 
     Attributes:
         length_s: length of each piece [s], (n,).
         drive, tilt, gravity, lean: coefficients of x^j of the channels of `Inputs`, (n, powers).
-        hot: the numbers of the machine, where heat changes them.
+        hot: the machine's thermal parameters, if heat changes it.
     """
 
     length_s: FloatArray
@@ -100,13 +100,13 @@ class ForcingPieces(NamedTuple):
 
 
 class StepPlace(NamedTuple):
-    """Where a step is.
+    """The place of a step in its piece of forcing.
 
     Attributes:
-        length: length of its piece of forcing [s].
+        length: length of the piece [s].
         terms: number of powers in use.
-        begin: where the step begins, in x of the piece.
-        size: length of the step, in x: size · length seconds.
+        begin: x at the beginning of the step.
+        size: length of the step in x. It lasts size · length seconds.
     """
 
     length: float
@@ -124,16 +124,16 @@ class ChannelAt(NamedTuple):
 
 
 class Inputs(NamedTuple):
-    """The motion of the ship at an instant; zeros where a channel is absent.
+    """The ship's motion at an instant. Absent channels are zero.
 
     Attributes:
-        drive: the forcing of the system. For a machine it is the direction of its thread's neutral
-            line [rad]: γ of a wheel, β of the apparent vertical for a lever or a swinging thread
-            (`Forcing.neutral`). For a suspended case it is ÿ of its bearing [m/s2].
-        tilt: τ, the angle of the neutral line in the case [rad]; absent for a suspended case.
-        gravity: the apparent gravity [m/s2]: g_eff of a machine, g + z̈ of a suspended case.
-        lean: β − γ, the apparent vertical less the drive of an unbalanced wheel [rad].
-        hot: the machine's numbers; None where heat does not change them.
+        drive: the direction of the thread's neutral line [rad] (`Forcing.neutral`): γ for a wheel,
+            β of the apparent vertical for a lever or a swinging thread. For a suspended case, ÿ
+            of its bearing [m/s2].
+        tilt: τ, the angle of the neutral line in the case [rad]. A suspended case has none.
+        gravity: the apparent gravity [m/s2]: g_eff for a machine, g + z̈ for a suspended case.
+        lean: β − γ of an unbalanced wheel [rad].
+        hot: the machine's thermal parameters, or `None` if heat does not change it.
     """
 
     drive: ChannelAt
@@ -168,7 +168,7 @@ def _set_channel(
 
 @inlined
 def _set_hot(hot: HeatPieces, k: int, work: Work) -> None:
-    """Fill the columns of the machine's numbers: p(begin + size · x) of each polynomial p(u)."""
+    """Fill the columns of the thermal parameters: p(begin + size · x) of each polynomial p(u)."""
     row, b, s, size = hot.interval[k] * HEAT_POWERS, hot.begin[k], hot.size[k], width(work.piece)
     for i in range(HOT_NUMBERS):
         a0, a1 = hot.terms[row, i], hot.terms[row + 1, i]
@@ -182,10 +182,10 @@ def _set_hot(hot: HeatPieces, k: int, work: Work) -> None:
 
 @compiled
 def set_piece(pieces: ForcingPieces, k: int, tilted: bool, work: Work) -> tuple[float, int]:
-    """Lay out piece k, of at most `MOST_POWERS`; return its length [s] and its powers.
+    """Fill `work.piece` with piece k and return its length [s] and number of powers.
 
-    The number of powers is made even, since `outside_at` takes two at a time. Columns of absent
-    channels stay zero, and those of τ as they are unless `tilted`.
+    The number is even, since `outside_at` takes two powers at a time. Columns of absent channels
+    stay zero. Columns of τ are filled only if `tilted`.
     """
     drive, tilt, gravity = pieces.drive, pieces.tilt, pieces.gravity
     per_s = 1.0 / pieces.length_s[k]
@@ -210,10 +210,7 @@ def set_piece(pieces: ForcingPieces, k: int, tilted: bool, work: Work) -> tuple[
 
 @inlined
 def powers_at(rows: FloatArray, first_row: int, count: int, x: float) -> Lanes:
-    """Return Σ x^j · row (first_row + j).
-
-    Even and odd powers are summed apart, so that half as many operations wait for one another.
-    """
+    """Return Σ x^j · row (first_row + j); even and odd powers separately, for speed."""
     even, odd, square = filled(rows, 0.0), filled(rows, 0.0), x * x
     if count % 2 == 1:
         even = row_of(rows, first_row + count - 1)
@@ -225,7 +222,7 @@ def powers_at(rows: FloatArray, first_row: int, count: int, x: float) -> Lanes:
 
 @inlined
 def hot_of(values: Lanes, first_lane: int) -> HeatTerms:
-    """Return the machine's numbers, which lie side by side from a lane on."""
+    """Return the thermal parameters from consecutive lanes."""
     return HeatTerms(
         lane(values, first_lane),
         lane(values, first_lane + 1),
@@ -239,7 +236,7 @@ def hot_of(values: Lanes, first_lane: int) -> HeatTerms:
 
 @inlined
 def outside_of(values: Lanes, hot: HeatTerms | None) -> Inputs:
-    """Return the forcing by its columns at an instant."""
+    """Return the forcing at an instant from the values of its columns."""
     return Inputs(
         ChannelAt(lane(values, DRIVE), lane(values, DRIVE_RATE), lane(values, DRIVE_BEND)),
         ChannelAt(lane(values, TILT), lane(values, TILT_RATE), lane(values, TILT_BEND)),
@@ -273,7 +270,7 @@ def column_at(which: int, terms: int, x: Lanes, work: Work) -> Lanes:
 
 @inlined
 def columns(column: int, terms: int, x: Lanes, work: Work) -> tuple[Lanes, Lanes]:
-    """Return a column and the next one, side by side, at lanes of x."""
+    """Return a column and the next one at lanes of x."""
     a, b, size = filled(x, 0.0), filled(x, 0.0), width(work.piece)
     for j in range(terms - 1, -1, -1):
         place = j * size + column
@@ -283,7 +280,7 @@ def columns(column: int, terms: int, x: Lanes, work: Work) -> tuple[Lanes, Lanes
 
 @inlined
 def difference(column: int, second: int, terms: int, x: Lanes, work: Work) -> Lanes:
-    """Return the first column of the piece less the second at lanes of x."""
+    """Return one column of the piece minus another at lanes of x."""
     value, size = filled(x, 0.0), width(work.piece)
     for j in range(terms - 1, -1, -1):
         place = j * size
@@ -293,7 +290,7 @@ def difference(column: int, second: int, terms: int, x: Lanes, work: Work) -> La
 
 @inlined
 def fill_hot(x: Lanes, work: Work) -> None:
-    """Fill the rows of the machine's numbers at lanes of x."""
+    """Fill the rows of the thermal parameters at lanes of x."""
     nodes = work.nodes
     store(nodes.carried, 0, column_at(HOT, HEAT_POWERS, x, work))
     store(nodes.force, 0, column_at(HOT + 1, HEAT_POWERS, x, work))
@@ -306,7 +303,7 @@ def fill_hot(x: Lanes, work: Work) -> None:
 
 @inlined
 def keep(row: FloatArray, times: Lanes, initial: bool, value: Lanes) -> None:
-    """Store values at the nodes of the first span, or at those that come later."""
+    """Store values at all nodes if `initial`, otherwise at nodes with times ≥ 0."""
     if not initial:
         value = chosen(times, row_of(row), value)
     store(row, 0, value)
@@ -314,7 +311,7 @@ def keep(row: FloatArray, times: Lanes, initial: bool, value: Lanes) -> None:
 
 @inlined
 def hot_at_nodes(work: Work) -> HeatTerms:
-    """Return the machine's numbers at the nodes of a step, after `fill_hot`."""
+    """Return the thermal parameters at the nodes of a step, after `fill_hot`."""
     rows = work.nodes
     return HeatTerms(
         row_of(rows.carried),
@@ -345,17 +342,17 @@ class Instant(NamedTuple):
     """The system at an instant.
 
     Attributes:
-        angle, rate, bend: θ [rad], θ̇ and θ̈: of the wheel in its case, or of a suspended case's
+        angle, rate, bend: θ [rad], θ̇ and θ̈ of the wheel in its case, or of a suspended case's
             contact.
-        tension: tension of the thread, or force in a suspended case's contact, or a quantity of
-            the same sign.
-        margin: a quantity that is positive within the range of the system, and only there.
+        tension: tension of the thread, force in a suspended case's contact, or a quantity of the
+            same sign.
+        margin: a quantity that is positive only within the range of the system.
         torque: torque of the thread on the wheel, over I [rad/s2].
-        coordinate, speed, acceleration: the quantity whose upward passages of zero are counted as
-            turns of the phase, and its first two time derivatives: ϑ of the wheel, s of the lever,
-            u of the swinging thread, φ of a suspended case.
-        drift: the time derivatives of X and ωY of each plane, where `System.drift` takes them
-            from here.
+        coordinate, speed, acceleration: ϑ of the wheel, s of the lever, u of the swinging thread
+            or φ of a suspended case, and its first two time derivatives. Its upward passages of
+            zero count as turns of the phase.
+        drift: the time derivatives of X and ωY of each plane, for systems with the default
+            `System.drift`.
     """
 
     angle: float
@@ -371,14 +368,14 @@ class Instant(NamedTuple):
 
 
 class Exits(NamedTuple):
-    """Whether a step leaves the range, as seen at its nodes.
+    """Whether a step leaves the range, by its nodes.
 
     Attributes:
         edge: first node past the range of the system, or NOWHERE.
         slack: first node with a slack thread, or NOWHERE.
-        is_within: whether all of the step surely lies within the range.
+        is_within: whether the whole step is certainly within the range.
         reach: largest coordinate at the nodes.
-        is_near: whether the thread may be slack at the end of the step, though not at its nodes.
+        is_near: whether the thread may go slack after the last node.
     """
 
     edge: float
@@ -389,14 +386,14 @@ class Exits(NamedTuple):
 
 
 class Tolerance(NamedTuple):
-    """The accuracy of steps; errors are relative to the state.
+    """The accuracy of steps. Errors are relative to the state.
 
     Attributes:
         step: error allowed in a step.
-        factor: that error over the square of the last coefficient (`stepping.error_factor`).
+        factor: error of a step over the square of its last coefficient (`wheel.error_factor`).
         settled: error to which the stage equations are iterated.
-        near_phase: phase from an event within which the midpoint rule leads the state to it [rad].
-        coarsen: error of all steps of a span below which the next ones are twice as long.
+        near_phase: phase from an event within which the midpoint rule moves the state to it [rad].
+        coarsen: if no step of a span errs by more, the next steps are twice as long.
     """
 
     step: float
@@ -407,16 +404,16 @@ class Tolerance(NamedTuple):
 
 
 class RunningState(Protocol):
-    """The running state: a record of `stepping.state_type` in compiled code.
+    """The running state, a record of `stepping.state_type` in compiled code.
 
     Attributes:
         planes: X and Y of each rotating plane.
         held_angle: θ at which friction holds the wheel [rad].
         side, direction, pallet: as in `Mode`.
         turns: upward passages of zero of the coordinate since the release.
-        beats: passages of zero of θ, less those by which it is ahead (`stepping.ahead`).
-        level: how often steps are halved.
-        newton: steps that took Newton's method.
+        beats: passages of zero of θ minus its lead over the coordinate (`stepping.ahead`).
+        level: halvings of the steps.
+        newton: steps that needed Newton's method.
         given: impulses so far.
         armed: whether an impulse is due in this half swing.
         held: whether friction holds the wheel.
@@ -437,22 +434,21 @@ class RunningState(Protocol):
 
 
 class System(Protocol):
-    """A system that moves, as the driver sees it; its methods run in compiled code only.
+    """A moving system as the driver uses it. Its methods run in compiled code only.
 
-    Methods with a body are defaults for systems that derive from this class: no escapement, kink
-    or friction that holds; a thread that may go slack; motion in the case that matters; and a
-    coordinate that is X of the first plane. The driver calls `drift`, `wheel_angle` and `strike`
-    where there are an escapement, a kink or drag with a kink, and `set_off` at the release too.
+    The defaults describe a system with no escapement, no kink and no static friction, with a
+    thread that may go slack, and with X of the first plane as its coordinate. The driver calls
+    `drift`, `wheel_angle` and `strike` only for a system with an escapement or a kink.
     """
 
     @property
     def impulse(self) -> float:
-        """Angle of the impulse [rad]; infinite without one."""
+        """Angle of the impulse [rad], infinite without an escapement."""
         return math.inf
 
     @property
     def pace(self) -> float:
-        """Frequency of the swing [rad/s], by which the phase between events is measured."""
+        """Frequency of the swing [rad/s], which converts time between events into phase."""
 
     @property
     def feels_impulse(self) -> bool:
@@ -461,7 +457,7 @@ class System(Protocol):
 
     @property
     def recoils(self) -> bool:
-        """Whether a resting tooth pushes the wheel back; known when compiling."""
+        """Whether a resting tooth pushes the wheel back (known when compiling)."""
         return False
 
     @property
@@ -471,22 +467,22 @@ class System(Protocol):
 
     @property
     def kinked(self) -> bool:
-        """Whether the law has a kink where the coordinate is zero; known when compiling."""
+        """Whether the law has a kink at coordinate zero (known when compiling)."""
         return False
 
     @property
     def sticks(self) -> bool:
-        """Whether friction may hold the wheel; known when compiling."""
+        """Whether friction may hold the wheel (known when compiling)."""
         return False
 
     @property
     def has_weight(self) -> bool:
-        """Whether the thread may go slack; known when compiling."""
+        """Whether the thread may go slack (known when compiling)."""
         return True
 
     @property
     def feels_tilt(self) -> bool:
-        """Whether τ matters within a span, and not at its end alone; known when compiling."""
+        """Whether τ acts within a span, not only at its end (known when compiling)."""
         return True
 
     def at_nodes(self, place: StepPlace, work: Work) -> None:
@@ -499,39 +495,36 @@ class System(Protocol):
         """Return whether the step last collocated leaves the range."""
 
     def coordinates(self, work: Work) -> Lanes:
-        """Return a quantity with the sign of `Instant.coordinate`, at the nodes of the step."""
+        """Return a quantity with the sign of `Instant.coordinate` at the nodes of the step."""
         return row_of(work.x)
 
     def coordinate(self, planes: tuple[Plane, ...]) -> float:
-        """Return the same quantity at an instant."""
+        """Return a quantity with the sign of `Instant.coordinate` at an instant."""
         return planes[0].x
 
     def clear_square(
         self, omega: Omega, pieces: ForcingPieces, k: int, besides: float = 0.0
     ) -> float:
-        """Return the bound over piece k with which `clear` compares the square of the swing.
-
-        With an angle `besides`, the swing is clear of θ = ± that angle, too.
-        """
+        """Return the least square of a swing over piece k that is clear of tilt and ±`besides`."""
         return 0.0
 
     def clear(self, square: float, omega: Omega, work: Work) -> bool:
-        """Return whether the swing is clear of the tilt at all nodes (`stepping.passages`)."""
+        """Return whether the swing exceeds the bound of `clear_square` at all nodes."""
         return True
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Inputs) -> Instant:
         """Return the system at an instant."""
 
     def set_off(self, omega: Omega, angle: float, at: Inputs, state: RunningState) -> None:
-        """Set the state at θ = angle, θ̇ = 0: held by friction, or the direction it moves in."""
-        raise TypeError('nothing happens to this system on its way')
+        """Set the state at θ = angle, θ̇ = 0: held by friction, or about to move."""
+        raise TypeError('this system has no events')
 
     def move_with_case(self, run: SteppedRun, place: StepPlace) -> float:
-        """Move the held wheel with the case; return the fraction of the step where it goes."""
+        """Move the held wheel with the case until it breaks loose; return that fraction, or 1."""
         raise TypeError('friction does not hold this system')
 
     def breaks_loose(self, mode: Mode, angle: float, at: Inputs) -> bool:
-        """Return whether friction does not hold the system at rest at an angle (`ride_held`)."""
+        """Return whether friction fails to hold the system at rest at an angle (`ride_held`)."""
         raise TypeError('friction does not hold this system')
 
     def rest_at(self, omega: Omega, angle: float, at: Inputs, state: RunningState) -> None:
@@ -539,32 +532,32 @@ class System(Protocol):
         raise TypeError('friction does not hold this system')
 
     def leaves_kink(self, mode: Mode, omega: Omega, planes: Planes, work: Work) -> bool:
-        """Return whether the motion surely leaves a kink from the beginning of the step on."""
+        """Return whether the motion certainly leaves a kink from the beginning of the step on."""
         return True
 
     def drift(self, mode: Mode, omega: Omega, at: Inputs, now: Instant) -> tuple[Plane, ...]:
-        """Return the time derivatives of X and ωY of each plane, in the place of X and Y."""
+        """Return the time derivatives of X and ωY of each plane."""
         return now.drift
 
     def wheel_angle(self, planes: tuple[Plane, ...], at: Inputs) -> float:
-        """Return θ alone."""
-        raise TypeError('nothing happens to this system on its way')
+        """Return θ at an instant."""
+        raise TypeError('this system has no events')
 
     def strike(
         self, mode: Mode, omega: Omega, at: Inputs, now: Instant, state: RunningState
     ) -> None:
-        """Let the escapement's impulse change the planes."""
-        raise TypeError('nothing happens to this system on its way')
+        """Apply the escapement's impulse to the planes."""
+        raise TypeError('this system has no events')
 
     def ahead_s(
         self, omega: Omega, length: float, terms: int, x: float, state: RunningState, work: Work
     ) -> float:
-        """Return the time to a little after the next expected event [s], or inf."""
+        """Return the time to shortly after the next expected event [s], or infinity."""
         return math.inf
 
 
 class SteppedRun(NamedTuple):
-    """The data that all steps of a run share; a named tuple costs nothing in compiled code."""
+    """The data that all steps of a run share."""
 
     system: System
     omega: Omega
@@ -574,7 +567,7 @@ class SteppedRun(NamedTuple):
 
 
 class StepWatch(NamedTuple):
-    """The step last collocated, evaluated anywhere within it by its stage polynomials."""
+    """The step last collocated, evaluated at any fraction by its stage polynomials."""
 
     run: SteppedRun
     mode: Mode
@@ -591,7 +584,7 @@ class StepWatch(NamedTuple):
         return planes
 
     def outside(self, xi: float) -> Inputs:
-        """Return the motion of the ship at a fraction of the step."""
+        """Return the ship's motion at a fraction of the step."""
         place = self.place
         return outside_at(place.terms, place.begin + xi * place.size, self.run.work)
 
@@ -610,7 +603,7 @@ def mode_of(state: RunningState) -> Mode:
 
 @inlined
 def planes_of(omega: Omega, planes: Planes) -> tuple[Plane, ...]:
-    """Return X and Y of each plane, rounded to one double each."""
+    """Return X and Y of each plane, each rounded to one double."""
     rounded: tuple[Plane, ...] = ()
     for p in range(len(omega)):
         rounded = (*rounded, Plane(planes[p].x, planes[p].y))
@@ -619,7 +612,7 @@ def planes_of(omega: Omega, planes: Planes) -> tuple[Plane, ...]:
 
 @inlined
 def near_zero(values: Lanes) -> bool:
-    """Return whether values fall so fast at the last nodes that they may be below zero after."""
+    """Return whether values at the last nodes fall so fast that they may pass zero after them."""
     end = width(values) - 1
     fell = lane(values, end - 1) - lane(values, end)
     return not lane(values, end) > fell
@@ -627,7 +620,7 @@ def near_zero(values: Lanes) -> bool:
 
 @compiled
 def first_below(values: Lanes, work: Work) -> float:
-    """Return the first node, as a fraction of the step, with a value <= 0, or NOWHERE."""
+    """Return the fraction of the step at the first node with a value <= 0, or NOWHERE."""
     if lowest(values) > 0.0:
         return NOWHERE
     for i in range(width(values)):
