@@ -1,7 +1,7 @@
 """Events of a system: their effects, the first one within a step, and short steps to it.
 
 The kinds are the turning point of θ, the kink of a cam, the impulse of the escapement, the end of
-the range, and a slack thread. Each has a value that is positive before it and negative after it.
+the range, and a slack thread. The value of an event changes from positive to negative at it.
 """
 
 from __future__ import annotations
@@ -40,20 +40,20 @@ from tauto_core.motion.system import (
 )
 
 NO_EVENT, TURNING, KINK, IMPULSE, AT_EDGE, AT_SLACK, UNSURE = range(7)
-"""Kinds of events, in the order in which they are sought. `WatchEvent` uses the negative of a
-kind for the instant at which its value stops falling.
+"""Kinds of events, in the order of the search. In `WatchEvent` a negative kind is the instant at
+which the value of that kind stops falling.
 """
 
 
 @inlined
 def expects_events(system: System) -> bool:
-    """Return whether any events but the ends of the range and a slack thread can occur."""
+    """Return whether turning points, kinks or impulses can be events of the system."""
     return system.drag_has_kink or system.feels_impulse or system.kinked
 
 
 @compiled
 def event_value(kind: int, system: System, mode: Mode, now: Instant) -> float:
-    """Return the value that is positive before an event and negative after it."""
+    """Return the value of an event at an instant."""
     if kind == TURNING:
         return mode.direction * now.rate
     if kind == KINK:
@@ -67,7 +67,7 @@ def event_value(kind: int, system: System, mode: Mode, now: Instant) -> float:
 
 @compiled
 def event_slope(kind: int, mode: Mode, now: Instant) -> float:
-    """Return the time derivative of an event's value; 0 for those that end a run."""
+    """Return the time derivative of an event's value, or 0 for an event that ends a run."""
     if kind == TURNING:
         return mode.direction * now.bend
     if kind == KINK:
@@ -79,27 +79,27 @@ def event_slope(kind: int, mode: Mode, now: Instant) -> float:
 
 @inlined
 def alternates(system: System, state: RunningState, direction: float) -> bool:
-    """Return whether the pallet that pushes in a direction is the one on which a tooth rests.
+    """Return whether a tooth rests on the pallet that pushes in a direction.
 
-    After an impulse a tooth falls on the other pallet, and lies there until that has pushed, also
-    if the wheel turns back before. The first impulse is given by either pallet, unless recoil
-    shows on which a tooth lies at the release.
+    After an impulse a tooth falls on the other pallet and rests there until that pallet pushes,
+    even if the wheel turns back before. Either pallet may give the first impulse, unless recoil
+    defines the resting pallet at the release.
     """
     return direction != float(state.pallet) or (state.given == 0 and not system.recoils)
 
 
 @inlined
 def is_due(system: System, state: RunningState, direction: float, angle: float) -> bool:
-    """Return whether the swing from θ = angle on reaches the angle of an impulse that is due."""
+    """Return whether an impulse is due on the swing from θ = angle on."""
     reaches = direction * angle < system.impulse < math.inf
     return reaches and alternates(system, state, direction)
 
 
 @compiled
 def happen(kind: int, run: SteppedRun, at: Inputs, now: Instant) -> None:
-    """Apply an event: change signs and counts of the state, and at an impulse the planes.
+    """Apply an event to the signs and counts of the state, and an impulse also to the planes.
 
-    `at` and `now` are the ship and the system there, before the event.
+    `at` and `now` are the ship's motion and the system before the event.
     """
     system, state = run.system, run.state
     mode = mode_of(state)
@@ -118,12 +118,11 @@ def happen(kind: int, run: SteppedRun, at: Inputs, now: Instant) -> None:
 
 
 # -----------------------------------------------------------------------------
-# How steps are laid out over a span: so that the next event lies just inside the last of them.
+# The layout of steps over a span.
 #
-# A stretch reaches to the end of the span, or a little beyond the place where the next event is
-# expected, and is divided into equal steps. An expected event need not happen: the next stretch
-# is laid out from wherever this one ends. Near its end an event costs a short step, which leads
-# back to it, and not a second long one.
+# A stretch reaches to the end of the span, or a little beyond the next expected event, and is
+# divided into equal steps. The event is then near the end of the last step, and one short step
+# back reaches it. The next stretch begins at the end of this one, with or without the event.
 
 OVERSHOOT = 0.05
 """Phase by which a stretch ends after the expected event [rad]."""
@@ -132,14 +131,14 @@ CROWDED = 1e-3
 """Phase since the last event below which events count as crowded [rad]."""
 
 SPARE = 0.05
-"""Share of a step by which steps may be longer than the longest, if that saves one."""
+"""Excess over the longest step, as a share of it, that is allowed if it saves a step."""
 
 
 @compiled
 def phase_to(way: float, x: float, y: float, reach: float) -> float:
     """Return the phase in (0, 2π] until way·x next rises to `reach`, for x = A sin φ, y = A cos φ.
 
-    `way` is 1 or −1. The phase is infinite if A is at most |reach|.
+    `way` is 1 or −1. The phase is infinite if A ≤ |reach|.
     """
     size = math.sqrt(x * x + y * y)
     if not abs(reach) < size:
@@ -154,9 +153,10 @@ def phase_to(way: float, x: float, y: float, reach: float) -> float:
 def back_to(late: float, bend: float, omega: float) -> float:
     """Return the time since a value fell below zero [s], with an error of the fourth order.
 
-    `late` is the value divided by its rate of change [s], the estimate of first order; `bend` the
-    rate of change of that rate, divided by it [1/s]; and `omega` the frequency with which the
-    value swings [rad/s], for its third derivative.
+    Args:
+        late: f/ḟ of the value f [s], the estimate of first order.
+        bend: f̈/ḟ [1/s].
+        omega: frequency of the value's swing [rad/s], for its third derivative.
     """
     turned = bend * late
     return late * (1.0 + 0.5 * turned * (1.0 + turned) + (omega * late) ** 2 / 6.0)
@@ -166,29 +166,33 @@ def back_to(late: float, bend: float, omega: float) -> float:
 def lay_out(
     remaining: float, per_s: float, longest_s: float, ahead_s: float, level: int
 ) -> tuple[float, int]:
-    """Return the length of the next stretch, in the unit of `remaining`, and its steps.
+    """Return the length of the next stretch, in the unit of `remaining`, and its number of steps.
 
-    `per_s` is a second in that unit, `remaining` the rest of the span, `ahead_s` the time to the
-    next event, infinite where none is expected, and `level` how often steps are halved.
+    Args:
+        remaining: rest of the span.
+        per_s: a second in the unit of `remaining`.
+        longest_s: longest step [s].
+        ahead_s: time to the next expected event [s], or infinity.
+        level: halvings of the steps.
     """
     stretch = min(remaining, ahead_s * per_s)
     steps = math.ceil(stretch / (per_s * longest_s) - SPARE)
-    # Equal steps: the energy of a swing drifts where the length of steps depends on its phase.
+    # equal steps: if their length depended on the phase of the swing, its energy would drift
     return stretch, max(1, steps) << level
 
 
 # -----------------------------------------------------------------------------
-# The place within a step at which a value that was positive falls to zero.
+# The fraction of a step at which a value that was positive falls to zero.
 
 FIRST_TRIALS = 12
-"""Places tried up to the last fraction, each four times as far on as the one before."""
+"""Fractions tried up to the last one, each four times the one before."""
 
-# Halving alone reaches the last bit of a fraction in 52; this only ends the loop.
+# Bisection alone reaches the last bit in 52 probes, so this only ends the loop.
 MAX_PROBES = 200
 
 
 class WatchedValue(Protocol):
-    """An object with a value within a step: a NamedTuple with this method."""
+    """A NamedTuple with a value within a step."""
 
     def value(self, xi: float) -> float:
         """Return the value at the fraction xi of the step, from the stage polynomials."""
@@ -196,17 +200,22 @@ class WatchedValue(Protocol):
 
 @compiled
 def locate(watch: WatchedValue, last_x: float, at_last: float, precision: float) -> float:
-    """Return the fraction of the step at which a value falls to zero; 0 if it was never positive.
+    """Return the fraction of the step at which a value falls to zero; 0 if it is never positive.
 
-    `last_x` is a fraction at which it is no longer positive, `precision` the error allowed. By the
-    Illinois form of false position (Dowell and Jarratt, BIT 11, 1971, 168). It probes no closer to
-    either bound than half the precision: a value that is tiny at the beginning would otherwise
-    draw the first probe there, which would be taken for a root.
+    Illinois form of false position (Dowell and Jarratt, BIT 11, 1971, 168). Probes keep half the
+    precision away from both bounds. Otherwise a tiny value at the beginning would draw the first
+    probe there and make it look like a root.
+
+    Args:
+        watch: the value.
+        last_x: fraction at which the value is not positive.
+        at_last: the value there.
+        precision: allowed error of the fraction.
     """
     a, b, fb = 0.0, last_x, min(at_last, 0.0)
     fa = watch.value(a)
     if not fa > 0.0:
-        # A step may begin where the value has just been zero, and have it positive for a moment.
+        # after an event at the beginning of the step the value may be positive for a moment
         for trial in range(1, FIRST_TRIALS):
             x = last_x * 0.25 ** (FIRST_TRIALS - trial)
             fx = watch.value(x)
@@ -238,25 +247,24 @@ def locate(watch: WatchedValue, last_x: float, at_last: float, precision: float)
 
 
 # -----------------------------------------------------------------------------
-# The place within a step from which a condition holds.
+# The fraction of a step from which on a condition holds.
 
 HALVINGS = 60
-"""As many as leave no doubt in a double."""
+"""Bisections, enough for the last bit of a double."""
 
 
 class WatchedCondition(Protocol):
-    """An object with a condition within a step: a NamedTuple with this method."""
+    """A NamedTuple with a condition within a step."""
 
     def holds(self, xi: float) -> bool:
-        """Return whether it holds at the fraction xi of the step."""
+        """Return whether the condition holds at the fraction xi of the step."""
 
 
 @compiled
 def first_holds(watch: WatchedCondition, probes: int) -> float:
-    """Return the first fraction of the step at which a condition holds; 2 if it holds nowhere.
+    """Return the first fraction of the step at which a condition holds, or 2 if it never holds.
 
-    It is looked at in so many equal parts, and found by bisection in the first at whose end it
-    holds.
+    The condition is probed at the ends of `probes` equal parts and bisected in the first hit.
     """
     for i in range(1, probes + 1):
         b = i / probes
@@ -270,7 +278,7 @@ def first_holds(watch: WatchedCondition, probes: int) -> float:
 
 
 class WatchHold(NamedTuple):
-    """The condition that friction no longer holds a system that rests at an angle in the ship."""
+    """The condition that friction no longer holds a system at rest at an angle in the ship."""
 
     system: System
     mode: Mode
@@ -279,7 +287,7 @@ class WatchHold(NamedTuple):
     work: Work
 
     def holds(self, xi: float) -> bool:
-        """Return whether it holds at a fraction of the step."""
+        """Return whether the system breaks loose at a fraction of the step."""
         place = self.place
         at = outside_at(place.terms, place.begin + xi * place.size, self.work)
         return self.system.breaks_loose(self.mode, self.angle, at)
@@ -287,7 +295,7 @@ class WatchHold(NamedTuple):
 
 @compiled
 def ride_held(system: System, run: SteppedRun, place: StepPlace, probes: int) -> float:
-    """Move a held system with the ship; return the fraction at which it breaks loose, or 1."""
+    """Move a held system with the ship and return the fraction at which it breaks loose, or 1."""
     state, work = run.state, run.work
     watch = WatchHold(system, mode_of(state), state.held_angle, place, work)
     loose = first_holds(watch, probes)
@@ -301,38 +309,38 @@ def ride_held(system: System, run: SteppedRun, place: StepPlace, probes: int) ->
 
 
 # -----------------------------------------------------------------------------
-# The first event within a step, and when it happens.
+# The first event within a step.
 #
-# Most steps are decided by the state at their end, at the price of one instant. Only where more
-# than one event may have happened are the stage polynomials evaluated.
+# The state at the end decides most steps, at the cost of one instant. The stage polynomials are
+# evaluated only if more than one event may have happened.
 
 DISCERNED = 1e-7
-"""Least fall of a value at the beginning of a step, as a share of its slope at the end; less is
-rounding. The same share of the largest angle distinguishes two turning points from rounding.
+"""Least significant fall of a value at the beginning of a step, over its slope at the end, and
+least significant overshoot of the impulse's angle, over the largest angle.
 """
 
 KINK_APART = 0.05
-"""Distance of all nodes from a kink that is surely not passed between two of them, as a share of
-the largest angle of the step.
+"""If all nodes are at least this far from a kink, over the largest angle of the step, the motion
+does not pass it between two nodes.
 """
 
 TURNS_TWICE = 2.0
-"""Longest step that surely has no two turning points, as the angle ωh [rad].
+"""Longest step ωh [rad] that certainly has at most one turning point.
 
-They are half a swing apart, and less where the ship turns half as fast as the wheel.
+Turning points are half a swing apart, or less if the ship turns half as fast as the wheel.
 """
 
 TURNING_PROBES = 16
-"""Places at which a longer step is searched for its first turning point."""
+"""Fractions at which a longer step is searched for its first turning point."""
 
 BENT = 0.25
-"""Largest relative change of the slope of an event's value between the event and the end of the
-step for which the event is found from that end.
+"""Largest relative change of the slope of an event's value from the event to the end of the step
+at which the end determines the event.
 """
 
 
 class WatchEvent(NamedTuple):
-    """An event's value within a step; for a negative kind, minus its time derivative."""
+    """The value of an event within a step, or minus its time derivative for a negative kind."""
 
     kind: int
     step: StepWatch
@@ -358,11 +366,13 @@ def first_event(
 ) -> tuple[int, float]:
     """Return the first event within a step that must be stepped to, and its fraction.
 
-    At a turning point where drag has no kink nothing changes but the direction of the state, which
-    is changed here: no step to it is needed. Turning points and kinks are passed over if
-    `stalled`, after several events without progress. Unless the swing is `clear` of tilt and
-    impulse, θ may pass the angle of an impulse between two turning points and come back: the end
-    of a long step does not show that, so that it is searched, and no turning point passed over.
+    A turning point of drag without a kink changes only the direction of the state. This function
+    reverses it, and the step is not cut. After several events without progress (`stalled`)
+    turning points and kinks are ignored.
+
+    If the swing is not `clear` of tilt and impulse, θ may pass the angle of an impulse between two
+    turning points and come back. The end of a long step does not show that, so its interior is
+    searched.
     """
     system, state = run.system, run.state
     long = run.omega[0] * (place.size * place.length) > TURNS_TWICE
@@ -383,15 +393,15 @@ def first_event(
 
 @inlined
 def _inside(exits: Exits) -> bool:
-    """Return whether the step lies within the range, with the thread taut."""
+    """Return whether the step is within the range, with a taut thread."""
     return min(exits.edge, exits.slack) > 1.0 and not exits.is_near
 
 
 @compiled
 def _turns_quietly(run: SteppedRun, place: StepPlace, at_end: Instant, exits: Exits) -> bool:
-    """Reverse the direction if the step has a turning point and, at most, an impulse after it.
+    """Reverse the direction if the step has a turning point and at most an impulse after it.
 
-    Decided by the end of the step and its nodes; False means that this is not known.
+    The end of the step and its nodes decide. False means that they cannot.
     """
     system, state, work = run.system, run.state, run.work
     d, side = float(state.direction), float(state.side)
@@ -399,9 +409,9 @@ def _turns_quietly(run: SteppedRun, place: StepPlace, at_end: Instant, exits: Ex
         return False
     if state.armed or not _inside(exits) or not d * at_end.rate < 0.0:
         return False
-    # The next impulse acts at −d θ = angle. At the turning point −d θ is smaller than at either
-    # end of the step, so that it is due if one of them lies before that angle. The beginning may
-    # be where the last impulse acted, at that very angle.
+    # The next impulse acts at −d θ = angle. −d θ is least at the turning point, so the impulse is
+    # due if either end of the step is before that angle. The last impulse may have acted at the
+    # beginning, at that very angle.
     if not -d * at_end.angle < system.impulse:
         at = outside_at(place.terms, place.begin, work)
         angle = system.wheel_angle(planes_of(run.omega, state.planes), at)
@@ -422,7 +432,7 @@ def _turns_quietly(run: SteppedRun, place: StepPlace, at_end: Instant, exits: Ex
 def _turns_smoothly(
     xi: float, run: SteppedRun, mode: Mode, place: StepPlace, at_end: Instant, exits: Exits
 ) -> bool:
-    """Reverse the direction if the turning point found at ξ is all that happens in the step."""
+    """Reverse the direction if the turning point at ξ is the only event of the step."""
     system, state = run.system, run.state
     if system.drag_has_kink or system.kinked or not _inside(exits):
         return False
@@ -439,10 +449,7 @@ def _turns_smoothly(
 
 @compiled
 def _may_dip(kind: int, run: SteppedRun, mode: Mode) -> bool:
-    """Return whether an event's value may pass zero, and back, between two nodes of the step.
-
-    The coordinate may not where no node is near the kink: it bends too little on the way.
-    """
+    """Return whether an event's value may pass zero and come back between two nodes."""
     system = run.system
     if system.kinked and kind == KINK:
         angles = system.coordinates(run.work)
@@ -452,16 +459,15 @@ def _may_dip(kind: int, run: SteppedRun, mode: Mode) -> bool:
 
 @compiled
 def _dip(kind: int, rises: float, step: StepWatch) -> tuple[float, float]:
-    """Return where in the step an event's value is lowest, and that value, if it is negative.
+    """Return the fraction of an event's lowest value and that value, or (NOWHERE, 0) if positive.
 
-    (NOWHERE, 0) otherwise. Only a value that falls at first and rises at last, at the rate
-    `rises`, passes zero twice. That of a wheel which has just broken loose from friction falls by
-    a rounding at most, and does not count as falling.
+    A value that passes zero twice falls at the beginning and rises at the end, at the rate
+    `rises`. A fall within rounding, after a wheel has broken loose from friction, does not count.
     """
     falling = WatchEvent(-kind, step)
     if not (rises > 0.0 and falling.value(0.0) > DISCERNED * rises):
         return NOWHERE, 0.0
-    # near its lowest place the value errs by the square of the error of that place
+    # near its minimum the value errs by the square of the fraction's error
     xi = locate(falling, 1.0, -rises, 1e-3)
     value = WatchEvent(kind, step).value(xi)
     return (xi, value) if value < 0.0 else (NOWHERE, 0.0)
@@ -469,10 +475,9 @@ def _dip(kind: int, rises: float, step: StepWatch) -> tuple[float, float]:
 
 @compiled
 def _first_below(watch: WatchEvent, at_end: float) -> tuple[float, float]:
-    """Return the first of `TURNING_PROBES` places in the step where a value is not positive.
+    """Return the first probe at which a value is no longer positive, and the value there.
 
-    With the value there; (NOWHERE, at_end) if there is none. It may begin at zero and rise, so
-    that it counts from where it was positive.
+    (NOWHERE, at_end) if it stays positive. A value that begins at zero may rise first.
     """
     was_positive = watch.value(0.0) > 0.0
     for i in range(1, TURNING_PROBES):
@@ -490,7 +495,7 @@ def _by_the_end(
 ) -> tuple[int, float]:
     """Return the only event within a step and its approximate fraction, by the state at its end.
 
-    UNSURE unless the event lies in the second half of the step, and no other near it.
+    UNSURE unless the event is in the second half of the step and no other event is near it.
     """
     system, state, work = run.system, run.state, run.work
     side, d = mode.side, mode.direction
@@ -500,7 +505,7 @@ def _by_the_end(
     if system.feels_impulse and not d * at_end.rate > 0.0:
         return UNSURE, 1.0
     if system.kinked and side * at_end.coordinate > 0.0 and side * at_end.speed > 0.0:
-        # where it leaves the kink from the beginning on, it passed none
+        # a motion that leaves the kink from the beginning on has not passed it
         leaves = system.leaves_kink(mode, run.omega, state.planes, work)
         if not leaves and _may_dip(KINK, run, mode):
             return UNSURE, 1.0
@@ -519,9 +524,9 @@ def _by_the_end(
 
 @compiled
 def _back_to(kind: int, run: SteppedRun, mode: Mode, length: float, at_end: Instant) -> float:
-    """Return the fraction of a step at which an event's value was zero, by the step's end.
+    """Return the fraction at which an event's value was zero, by the step's end.
 
-    0 if its slope has changed too much since then for the estimate to be good.
+    0 if the slope has changed too much since then for a good estimate.
     """
     fall = event_slope(kind, mode, at_end)
     late = event_value(kind, run.system, mode, at_end) / fall
@@ -554,12 +559,11 @@ def _on_polynomials(
     at_end: Instant,
     exits: Exits,
 ) -> tuple[int, float]:
-    """Return the kind of the first event within the step and its fraction of the step.
+    """Return the kind of the first event within the step and its fraction, by the polynomials.
 
-    Values are compared at the beginning and at the end of the step. If the step holds a turning
-    point, kinds after it in the order are compared there instead of at the end, since a value that
-    is reached before the turning point may be left again after it. A step that may hold several
-    is `searched` for the first of them.
+    An event is detected by its values at the beginning and at the end of the step. If the step has
+    a turning point, later kinds are compared at that point instead of the end, since the motion
+    may come back after it. A step with perhaps several turning points is `searched` for the first.
     """
     system, step = run.system, StepWatch(run, mode, place)
     fill_integrals(run.omega, run.work)
@@ -580,8 +584,8 @@ def _on_polynomials(
             last_x = limit
             at_last = watch.value(last_x)
         if last_x <= 1.0:
-            # No step ends at a smooth turning point, so its place may be rough. Most others are
-            # carried to their place afterwards; those that end the run are not.
+            # No step ends at a smooth turning point, so a rough fraction is enough. A short step
+            # refines the fraction of all others except those that end the run.
             smooth = kind == TURNING and not system.drag_has_kink
             precision = 1e-2 if smooth else (1e-6 if kind < AT_EDGE else 1e-13)
             located = locate(watch, last_x, at_last, precision)
@@ -594,15 +598,15 @@ def _on_polynomials(
 
 
 # -----------------------------------------------------------------------------
-# Short steps to an event, from the nearer end of the step in which it lies.
+# Short steps to an event, from the nearer end of its step.
 
 MAX_HOPS, MAX_CARRIES = 4, 8
-"""Most short steps to an event, and most repetitions of the midpoint rule after one of them."""
+"""Most short steps to an event, and most midpoint rules after each of them."""
 
 
 @inlined
 def _drift(end: Planes, omega: Omega, drift: tuple[Plane, ...], time: float) -> tuple[Plane, ...]:
-    """Return X and Y of each plane after a short time [s], at the rates of `System.drift`."""
+    """Return X and Y of each plane after a short time [s] at constant rates `drift`."""
     planes: tuple[Plane, ...] = ()
     for p in range(len(omega)):
         x, y = end[p].x + time * drift[p].x, end[p].y + time * drift[p].y / omega[p]
@@ -614,13 +618,12 @@ def _drift(end: Planes, omega: Omega, drift: tuple[Plane, ...], time: float) -> 
 def _carry(
     kind: int, xi: float, run: SteppedRun, mode: Mode, place: StepPlace
 ) -> tuple[float, float]:
-    """Carry `work.end` to an event near it; return where it is then, and where the event is.
+    """Carry `work.end` from ξ to an event near it; return the fractions of both afterwards.
 
-    Both, like ξ where it is before, are fractions of the step. If the event is `near_phase` or
-    more away, the state stays and another short step is due. Else the midpoint rule carries it:
-    its error is of the third order in the time, which Newton's method finds from value and slope
-    of the event, with the slope halfway. It is repeated while the change of the slope on the way
-    leaves more than the iteration may, as for a wheel just released.
+    If the event is `near_phase` or more away, the state stays, and another short step is due.
+    Otherwise the midpoint rule carries it, with an error of the third order in the time. Newton's
+    method gives the time from value and slope of the event, with the slope halfway. The rule is
+    repeated while the change of the slope leaves too large an error, as after a release.
     """
     system, omega, work = run.system, run.omega, run.work
     end = work.end
@@ -654,11 +657,11 @@ def _carry(
 
 @compiled
 def step_to_event(kind: int, xi: float, run: SteppedRun, mode: Mode, place: StepPlace) -> float:
-    """Step to an event from the nearer end of the step; return the fraction where it is.
+    """Step to an event expected near ξ, from the nearer end of the step; return its fraction.
 
-    It is expected near ξ. `work.end` is the state at the end of the step, then that at the event.
-    Where nothing drags or pushes, the step is made from the beginning: a step forth and back again
-    is not symmetric in time, and its errors in the energy of an undamped swing would add up.
+    `work.end` is first the state at the end of the step and then the state at the event. If the
+    tilt does not act, the short step starts at the beginning: forward and back is not symmetric in
+    time, and its energy errors would add up in an undamped swing.
     """
     system, omega, work = run.system, run.omega, run.work
     end = work.end

@@ -1,8 +1,8 @@
 """The driver: advances a system over spans of forcing, from event to event, and counts passages.
 
-Each span is divided into stretches, these into equal steps (`lay_out`). A step is collocated,
-halved if its error is too large, searched for events, and cut short at the first. The end of the
-range and a slack thread end the run. The driver calls a system by `system.System` alone.
+It divides a span into stretches and a stretch into equal steps (`lay_out`). It collocates a step,
+halves it if its error is too large, searches it for events, and cuts it at the first. The end of
+the range and a slack thread end the run. The driver uses only the methods of `system.System`.
 """
 
 from __future__ import annotations
@@ -82,36 +82,35 @@ from tauto_core.samples import FloatArray, State
 from tauto_core.scene.errors import PropagationError
 
 # -----------------------------------------------------------------------------
-# The passages of zero that a clock counts: upward ones of ϑ as turns, all of θ as beats.
+# The passages of zero that a clock counts: turns are upward passages of ϑ, beats all of θ.
 #
-# ϑ, the angle the cam feels, or the coordinate that stands for it, and θ, the wheel's angle in its
-# case, differ by the tilt of the neutral line in the case (machine_at_sea.md). Where the
-# swing is large beside that tilt, clear of it, both pass zero once each half swing, and the signs
-# of ϑ at the nodes of a step are enough. Elsewhere an angle may reach zero and turn back between
-# two nodes, and is followed on the polynomials of the step.
+# The cam angle ϑ, or the coordinate in its place, and the wheel's angle θ in its case differ by
+# the tilt of the neutral line in the case (machine_at_sea.md). If the swing is clear of that tilt,
+# both pass zero once each half swing, and the signs of ϑ at the nodes of a step are enough.
+# Otherwise an angle may reach zero and turn back between two nodes. It is then followed on the
+# polynomials of the step.
 #
-# An angle of exactly zero counts as positive. `state.beats` holds the passages of θ less those by
-# which θ is `ahead` of ϑ, so that θ is not needed while the swing is clear of the tilt.
+# An angle of exactly zero counts as positive. `state.beats` is the passages of θ minus its lead
+# over ϑ (`ahead`). While the swing is clear of the tilt, θ is therefore not needed.
 
 SEARCH_MARGIN = 0.1
-"""Fraction of the step by which a node must precede an event to be looked at.
+"""Fraction of the step by which a counted node must precede an event.
 
-The place of the event is known roughly when nodes are looked at, and what would pass zero after
-the event does not happen.
+The fraction of the event is still rough at that time, and passages after it do not happen.
 """
 
 EIGHT = 0, 1, 2, 3, 4, 5, 6, 7
 BOUND_PER_LARGEST = 1.5
-"""Bound of a polynomial over its piece, as a multiple of its largest value at eight even points: a
-motion that is sampled finely enough to be interpolated rises no higher between them.
+"""Bound of a polynomial over its piece, over its largest value at eight even points. A motion
+sampled finely enough for interpolation does not rise higher between them.
 """
 
 CLEAR = 2.0
-"""Factor by which the square of the swing must exceed the bound at which it is just clear."""
+"""Least square of a clear swing, over the bound."""
 
 AT_REST = 1e-11
-"""Angle [rad] and rate [rad/s] below which a wheel is at rest at zero but for rounding, which the
-interpolated rate of a hung case may have.
+"""Angle [rad] and rate [rad/s] up to which a wheel at rest at zero may err by rounding, as in the
+interpolated rate of a hung case.
 """
 
 TURNING_HALVINGS = 40
@@ -119,7 +118,7 @@ TURNING_HALVINGS = 40
 
 
 class CountedAngles(NamedTuple):
-    """The quantities that are counted, at an instant: ϑ or its coordinate, θ, and their rates."""
+    """The counted quantities at an instant: ϑ or its coordinate, θ, and their rates."""
 
     coordinate: float
     speed: float
@@ -128,7 +127,7 @@ class CountedAngles(NamedTuple):
 
 
 class WatchedAngles(Protocol):
-    """An object with angles within a step: a NamedTuple with this method."""
+    """A NamedTuple with angles within a step."""
 
     def angles(self, xi: float) -> CountedAngles:
         """Return the angles at a fraction of the step."""
@@ -160,12 +159,12 @@ class WatchRide(NamedTuple):
 
 
 class PassageCount(NamedTuple):
-    """The passages of zero up to the last node looked at; `count_step` adds one after it.
+    """The passages of zero up to the last counted node. `count_step` adds a later one.
 
     Attributes:
         turns: upward passages of ϑ.
-        beats: passages of θ, plus those by which θ was ahead at the beginning.
-        below, behind: whether ϑ and θ were below zero at the last node looked at.
+        beats: passages of θ, plus its lead over ϑ at the beginning.
+        below, behind: whether ϑ and θ were below zero at the last counted node.
     """
 
     turns: int
@@ -176,10 +175,9 @@ class PassageCount(NamedTuple):
 
 @compiled
 def ahead(coordinate: float, rate: float, angle: float) -> int:
-    """Return by how many passages of zero θ is ahead of ϑ (`coordinate`, with its rate).
+    """Return the lead of θ over ϑ (`coordinate`, with its rate), in passages of zero.
 
-    0 if both are on the same side of zero. Otherwise 1 if ϑ moves towards the side of θ, which has
-    then passed already, and −1 if ϑ comes from there.
+    0 on the same side of zero, 1 if ϑ moves towards the side of θ, −1 if ϑ comes from there.
     """
     if (coordinate < 0.0) == (angle < 0.0):
         return 0
@@ -188,11 +186,11 @@ def ahead(coordinate: float, rate: float, angle: float) -> int:
 
 @compiled
 def _returns(watch: WatchedAngles, of_wheel: bool, a: float, b: float, length_s: float) -> bool:
-    """Return whether an angle passes zero and comes back between two fractions a, b of a step.
+    """Return whether an angle passes zero and comes back between the fractions a and b of a step.
 
-    It is θ `of_wheel`, else ϑ, on the same side at both, and moves towards zero at a and away from
-    it at b. Its turning point is bracketed by the sign of the rate until the angle has changed its
-    side, or is too far from zero to reach it.
+    The angle, θ if `of_wheel` and otherwise ϑ, is on the same side at both, and moves towards zero
+    at a and away from it at b. The sign of its rate brackets the turning point, until the angle
+    has changed its side or can no longer reach zero.
     """
     start = watch.angles(a)
     below = (start.angle if of_wheel else start.coordinate) < 0.0
@@ -203,7 +201,7 @@ def _returns(watch: WatchedAngles, of_wheel: bool, a: float, b: float, length_s:
         rate = now.rate if of_wheel else now.speed
         if (value < 0.0) != below:
             return True
-        # on the way to its turning point it is nowhere steeper than here
+        # towards the turning point the angle gets no steeper than here
         if abs(value) > abs(rate) * (b - a) * length_s:
             return False
         if (rate < 0.0) != below:
@@ -219,13 +217,12 @@ def passages(
 ) -> PassageCount:
     """Return the passages of zero within a step, followed on its polynomials.
 
-    Nodes before the fraction `limit` are looked at. The motion over this step ends at the
-    fraction `stop`; beyond 1: at its end. A change of side there is counted by `count_step`, when
-    the place of the event is known exactly.
+    Nodes before the fraction `limit` are counted. The motion ends at the fraction `stop` or at the
+    end of the step. `count_step` counts a last change of side there, at the exact event.
     """
     old = watch.angles(0.0)
     below, behind = old.coordinate < 0.0, old.angle < 0.0
-    # a wheel at rest in the middle leaves it, and does not pass it
+    # a wheel that starts from rest at zero does not pass it
     leaving = abs(old.angle) < AT_REST and abs(old.rate) < AT_REST
     turns, beats = 0, ahead(old.coordinate, old.speed, old.angle)
     last_x, fractions = 0.0, row_of(work.fractions)
@@ -252,12 +249,11 @@ def passages(
 
 @compiled
 def signs_at_nodes(coordinates: Lanes, below: bool, limit: float, work: Work) -> PassageCount:
-    """Return the passages of zero within a step by the signs at its nodes, for a clear swing.
+    """Return the result of `passages` for a swing clear of the tilt, by the signs at the nodes.
 
-    There the swing is clear of the tilt, so that `passages` would find the same. `below` says
-    whether the coordinate was below zero at the beginning of the step.
+    `below` is whether the coordinate was below zero at the beginning of the step.
     """
-    # bit i is node i; shifted by one, `signs` has the sign at the node before
+    # bit i belongs to node i, and the shifted bits to the node before
     mask, signs = negative(row_of(work.fractions) - limit), negative(coordinates)
     crossed = (signs ^ (signs << 1 | (1 if below else 0))) & mask
     count_seen = ones(mask)
@@ -270,17 +266,15 @@ def signs_at_nodes(coordinates: Lanes, below: bool, limit: float, work: Work) ->
 def bounds_of(
     channel: FloatArray | None, k: int, per: float, other_channel: FloatArray | None = None
 ) -> tuple[float, float]:
-    """Return bounds of |f| and of `per`·|df/dx| over piece k of a channel f; 0 if it is absent.
+    """Return bounds of |f| and of `per`·|df/dx| over piece k of a channel f, or 0 if it is absent.
 
-    Where another channel is to be taken off, f is the difference.
-
-    The sum of the coefficients' magnitudes would be a bound without a guess, but is a hundred
-    times too large in a piece about as long as a wave.
+    With another channel, f is the difference. The sum of the coefficients' magnitudes is a hundred
+    times too large a bound on a piece about as long as a wave.
     """
     if channel is None:
         return 0.0, 0.0
     x = splat(0.0)
-    for i in EIGHT:  # both ends and six places between: a row of lanes costs as much as one
+    for i in EIGHT:  # both ends and six points between: eight lanes cost as much as one
         x = with_lane(x, i, i / 7.0)
     value, slope = splat(0.0), splat(0.0)
     powers, count = channel.shape[1], channel.shape[1]
@@ -306,9 +300,9 @@ def in_step(
     k: int,
     place: StepPlace,
 ) -> PassageCount:
-    """Return the passages of zero within the step last collocated.
+    """Return the passages of zero within the step last collocated (see `passages`).
 
-    `clear` says whether the swing is clear of the tilt; `limit` and `stop` are as in `passages`.
+    `clear` is whether the swing is clear of the tilt.
     """
     work = run.work
     if clear:
@@ -322,10 +316,7 @@ def in_step(
 
 @compiled
 def count_step(clear: bool, counts: PassageCount, run: SteppedRun, terms: int, x: float) -> None:
-    """Add the passages of a step that ends at x to the state there, after any event.
-
-    Where the swing is clear of the tilt, θ need not be followed.
-    """
+    """Add the passages of a step that ends at x to the state there, after any event."""
     state, system = run.state, run.system
     planes = planes_of(run.omega, state.planes)
     if clear:
@@ -345,26 +336,27 @@ def count_step(clear: bool, counts: PassageCount, run: SteppedRun, terms: int, x
 # The accuracy of steps.
 
 MIN_ANGLE = 0.005
-"""Longest step that is laid out without regard to the error, as the angle ωh [rad]."""
+"""Longest step ωh [rad] that is laid out regardless of its error."""
 
 TOLERANCE = 2e-12
-"""Error allowed in a step, relative to the state, if the scene does not state one."""
+"""Default error allowed in a step, relative to the state."""
 
 TOLERANCE_SHARE = 0.3
-"""Share of the tolerance for which steps are laid out; the rest is for the sea."""
+"""Share of the tolerance for the layout of steps. The rest is for the sea."""
 
 ITERATION_SHARE, MOST_ITERATION_SHARE = 1e-5, 1e-3
-"""Least and greatest share of the tolerance that the iteration of the stage equations may use.
+"""Least and greatest share of the tolerance for the iteration of the stage equations.
 
-It grows as three times the root of the tolerance: a coarse step errs far more by its stages.
+The share is three times the root of the tolerance, since in coarse steps collocation dominates the
+error.
 """
 
 ERROR_OF_LAST, ERROR_OF_LAST_STRONG = 0.03, 1.0
 """Error of a smooth step over the square of the last Legendre coefficient of its slopes.
 
-The step is of twice the order of its polynomial, whence the square. The factor is measured
-(benchmarks/stress.json): 0.002 to 0.03 where the disturbance is weak, up to 0.8 for a weight or a
-spring that makes the well strongly anharmonic.
+The step has twice the order of its polynomial, hence the square. Measured
+(benchmarks/stress.json): 0.002 to 0.03 for a weak disturbance, up to 0.8 for a weight or a spring
+with a strongly anharmonic well.
 """
 
 
@@ -372,8 +364,7 @@ spring that makes the well strongly anharmonic.
 def step_error(factor: float, last_term: float, newton: bool) -> float:
     """Return the error of a step relative to the state, from the result of `collocate`.
 
-    The factor is that of `Tolerance`. Where Newton's method is needed the order falls to that of
-    the polynomial.
+    `factor` is `Tolerance.factor`. With Newton's method the order falls to the polynomial's.
     """
     return last_term if newton or factor == 0.0 else factor * last_term * last_term
 
@@ -382,8 +373,8 @@ def step_error(factor: float, last_term: float, newton: bool) -> float:
 # The driver.
 
 OK, EDGE, SLACK, NO_CONVERGENCE, STRUCK = 0, 1, 2, 3, 4
-"""How a run ends: at the end of the spans, of the range, with a slack thread, not solved, or, if
-it goes to the next impulse, there.
+"""How a run ends: at the end of the spans, at the end of the range, with a slack thread, without a
+solution, or at the next impulse if it is to stop there.
 """
 
 ROW = np.dtype(
@@ -393,7 +384,7 @@ ROW = np.dtype(
         *((name, 'i8') for name in ('turns', 'beats')),
     ]
 )
-"""A logged instant: fields of `Instant`, and the turns and beats since the release."""
+"""A logged instant: fields of `Instant`, turns and beats since the release."""
 
 
 class LoggedRow(Protocol):
@@ -410,13 +401,13 @@ class LoggedRow(Protocol):
 
 
 MAX_EVENTS = 10_000
-"""Most events in a row of which each crowds the one before (`events.CROWDED`)."""
+"""Most consecutive crowded events (`events.CROWDED`)."""
 
 MAX_STALLED = 4
-"""Most events in a row at one time; after them turning points and kinks are passed over."""
+"""Most consecutive events without progress. After them turning points and kinks are ignored."""
 
 HALF_SWING = 3.25
-"""Longest step within which events are looked for, as the angle it turns [rad]."""
+"""Longest step ωh [rad] that is searched for the end of the range or a slack thread."""
 
 MAX_LEVEL = 24
 """Most halvings of a step."""
@@ -426,8 +417,8 @@ class Spans(NamedTuple):
     """The spans of a run, each in its own piece of forcing.
 
     Attributes:
-        begin, end: where they begin and end, in x of the piece.
-        logged: whether a row is written at the end.
+        begin, end: x of the piece at both ends, (n,).
+        logged: whether a row is written at the end, (n,).
     """
 
     begin: FloatArray
@@ -440,8 +431,8 @@ class StepResult(NamedTuple):
 
     Attributes:
         event: kind of the event at its end, or NO_EVENT.
-        fraction: share of the step that was done.
-        error: its error, relative to the state; if beyond the tolerance, nothing was done.
+        fraction: completed share of the step.
+        error: its error, relative to the state. Beyond the tolerance the state is unchanged.
     """
 
     event: int
@@ -460,11 +451,11 @@ def _move(
 ) -> StepResult:
     """Advance over a step or to the first event, and count passages of zero on the way.
 
-    Turning points and kinks are passed over if `stalled`, after several without progress.
+    Turning points and kinks are ignored if `stalled`.
     """
     system, omega, state, work = run.system, run.omega, run.state, run.work
     if system.sticks and state.held:
-        # friction holds the wheel: it moves with the case, over the step or until it breaks loose
+        # the held wheel moves with the case, over the step or until it breaks loose
         loose = system.move_with_case(run, place)
         watch = WatchRide(state.held_angle, place, work)
         counts = passages(watch, place.size * place.length, loose, loose, work)
@@ -480,7 +471,7 @@ def _move(
     exits = system.exits(mode, omega, work)
     is_inside = min(exits.edge, exits.slack) > 1.0
     if not is_inside and omega[0] * h > HALF_SWING:
-        # the place where the motion ends is found within shorter steps
+        # only a shorter step determines the end of the motion
         error = math.inf
     if not error <= tolerance.step:
         return StepResult(NO_EVENT, 0.0, error)
@@ -533,9 +524,9 @@ def release(
     work: Work,
     row: LoggedRow,
 ) -> float:
-    """Set the state: the wheel at rest in the case at θ = angle, at x0 in the first piece.
+    """Set the state to rest in the case at θ = angle, at x0 in the first piece.
 
-    Returns the tension, which must be positive.
+    Returns the tension of the thread.
     """
     at = outside_at(set_piece(pieces, 0, True, work)[1], x0, work)
     state.side, state.direction, state.pallet = 1, 1, -1 if angle < 0.0 else 1
@@ -562,24 +553,22 @@ def over_span(
 ) -> tuple[int, float, int]:
     """Advance over one span from `begin` on, or `to_impulse`.
 
-    Returns a code, the fraction of its piece, and the powers in use.
+    Returns a code, x in the piece, and the powers in use.
 
-    A span is a row of stretches, and a stretch is a row of equal steps, which ends a little after
-    the next expected event or with the span. Each round of the loop takes one step, or what is
-    left of it, and then one of four things happens:
+    A span consists of stretches, a stretch of equal steps. It ends a little after the next
+    expected event or with the span. Each round of the loop takes one step, or the rest of it:
 
-        too large an error    nothing was done; the rest of the stretch is halved once more
+        too large an error    halve the rest of the stretch and repeat
         no event              go on with the next step
-        an event              the stretch ends here
+        an event              end the stretch here
         the end of the range  return
     """
     system, omega, state, work = run.system, run.omega, run.state, run.work
-    # The place in the piece is  x = start + start_rest + (step + done)/steps · stretch:  where the
-    # stretch begins, as two doubles, the number of the step in it, and the share done of that
-    # step. One running sum would lose its digits in a span of a day.
+    # x = start + start_rest + (step + fraction)/steps · stretch, with the beginning of the stretch
+    # as two doubles. A running sum would lose digits in a span of a day.
     start, start_rest, stretch, steps, step, fraction = begin, 0.0, 0.0, 0, 0, 0.0
     end = spans.end[k]
-    # worst: largest error so far; stalled, events: events in a row that made no way, or little
+    # worst: largest error so far. events, stalled: consecutive events with little or no progress
     worst, events, stalled = 0.0, 0, 0
     length, terms = set_piece(pieces, k, system.feels_tilt or logged, work)
     per_s, is_last = 1.0 / length, False  # is_last: whether the stretch ends with the span
@@ -587,7 +576,7 @@ def over_span(
     clear_square = system.clear_square(omega, pieces, k, besides)
     while not is_last or step < steps:
         if step == steps:
-            # the stretch is done, at the beginning an empty one: lay out the next from here
+            # lay out the next stretch from here
             start, start_rest = sum_exactly(start, start_rest + stretch)
             ahead_s = system.ahead_s(omega, length, terms, start, state, work)
             remaining = (end - start) - start_rest
@@ -597,8 +586,7 @@ def over_span(
         place = StepPlace(length, terms, x, (1.0 - fraction) / steps * stretch)
         result = _move(run, place, stalled > MAX_STALLED, clear_square, pieces, k)
         if not result.error <= run.tolerance.step:
-            # twice as many steps of half the length, from the place where this one began; they
-            # stay that short in the spans to come, until the errors are small again
+            # halve the steps from the beginning of this one on, until errors are small again
             state.level += 1
             if state.level > MAX_LEVEL:
                 return NO_CONVERGENCE, place.begin, terms
@@ -606,7 +594,7 @@ def over_span(
             step, steps, fraction = 2 * step + second_half, 2 * steps, 2.0 * fraction - second_half
             continue
         worst = max(worst, result.error)
-        # the fraction is that of the rest of the step
+        # `result.fraction` is a share of the rest of the step
         reached = 1.0 if result.fraction >= 1.0 else fraction + result.fraction * (1.0 - fraction)
         stalled = stalled + 1 if reached == fraction else 0
         turned = result.fraction * place.size * length * system.pace
@@ -619,13 +607,13 @@ def over_span(
         if to_impulse and result.event == IMPULSE:
             return STRUCK, x, terms
         if result.event != NO_EVENT and not at_end:
-            # cut the stretch off here, so that the next round lays out another one
+            # end the stretch here: the next round lays out another one
             stretch *= (step + fraction) / steps
             steps, step, is_last = 0, 0, False
         if events > MAX_EVENTS:
             return NO_CONVERGENCE, x, terms
     if state.level > 0 and worst < run.tolerance.coarsen:
-        # even steps of twice the length would have kept within the tolerance
+        # steps of twice the length would have kept the tolerance, too
         state.level -= 1
     return OK, end, terms
 
@@ -644,8 +632,7 @@ def advance(
 ) -> tuple[int, int, float]:
     """Advance the state over all spans and fill a row (`ROW`) for every logged one.
 
-    Returns a code (OK, EDGE, SLACK, NO_CONVERGENCE), and the span and the x in its piece where the
-    run ended, unless it is OK.
+    Returns a code (OK, EDGE, SLACK, NO_CONVERGENCE), and span and x at the end of a failed run.
     """
     run = SteppedRun(system, omega, tolerance, state, work)
     written = 0
@@ -665,7 +652,7 @@ def advance(
 
 
 class Model(NamedTuple):
-    """A moving system: a `system.System` with its numbers, and ω of each of its planes [rad/s]."""
+    """A `system.System` with its parameters, and ω of each of its planes [rad/s]."""
 
     system: Any
     omega: Omega
@@ -674,22 +661,24 @@ class Model(NamedTuple):
 def tolerance_of(
     step: float | None, factor: float, coarsen: float, most_share: float = MOST_ITERATION_SHARE
 ) -> Tolerance:
-    """Return the accuracy of steps, None being the default; see `Tolerance` for the factor.
+    """Return the accuracy of steps.
 
-    `coarsen` is the share of the error allowed below which steps double, `most_share` the share
-    that the iteration may take of a coarse tolerance.
+    Args:
+        step: error allowed in a step, `TOLERANCE` by default.
+        factor: `Tolerance.factor`.
+        coarsen: share of `step` below which steps double.
+        most_share: greatest share of the tolerance for the iteration of the stage equations.
     """
     step = TOLERANCE if step is None else step
     share = min(max(3.0 * math.sqrt(step), ITERATION_SHARE), most_share)
     settled = max(LEAST_SETTLED, share * step)
-    # the midpoint rule that carries a state to an event errs by a 24th of the cube of the angle,
-    # which is then as much as the iteration may
+    # the midpoint rule to an event errs by a 24th of the cube of the angle
     near = float(np.cbrt(24.0 * ITERATION_SHARE * step))
     return Tolerance(step, factor, settled, near, step * coarsen)
 
 
 HEAT_AT = 0.0, 0.25, 0.75, 1.0
-"""Parts of a log interval at which a cubic has the numbers of the machine: Chebyshev's."""
+"""Chebyshev nodes of the cubic through the machine's parameters, over a log interval."""
 
 HEAT_TO_POWERS = (
     (1.0, 0.0, 0.0, 0.0),
@@ -697,22 +686,22 @@ HEAT_TO_POWERS = (
     (32.0 / 3.0, -56.0 / 3.0, 40.0 / 3.0, -16.0 / 3.0),
     (-16.0 / 3.0, 32.0 / 3.0, -32.0 / 3.0, 16.0 / 3.0),
 )
-"""The cubic's coefficients, by rows, from its values there."""
+"""Matrix from values at `HEAT_AT` to the cubic's coefficients."""
 
 
 def hot_pieces(
     forcing: Forcing, heat: Heat, numbers: Callable[[HeatFactors, FloatArray], HeatTerms]
 ) -> HeatPieces:
-    """Return the numbers of a machine over the log intervals of the forcing.
+    """Return the machine's thermal parameters over the log intervals of the forcing.
 
-    `numbers` gives them of its factors and İ/I [1/s].
+    `numbers` computes them from the heat factors and İ/I [1/s]. Raises ValueError if the forcing
+    has no temperatures.
     """
     temperatures = forcing.temperatures
     if temperatures is None:
         raise ValueError(
-            'Forcing.temperatures is missing. Give them, or a machine whose heat does not act'
+            'Forcing.temperatures is missing. Set it, or use a machine that heat does not change'
         )
-    # the nodes of the cubic include both ends
     celsius_begin, celsius_end = temperatures.celsius[:, 0], temperatures.celsius[:, 1]
     at_nodes = []
     for node in HEAT_AT:
@@ -728,7 +717,7 @@ def hot_pieces(
 
 
 def state_type(planes: int) -> np.dtype[Any]:
-    """Return the type of the record `RunningState` for so many planes."""
+    """Return the type of the record `RunningState`."""
     integers = ('side', 'direction', 'pallet', 'turns', 'beats', 'level', 'newton', 'given')
     return np.dtype(
         [
@@ -743,7 +732,7 @@ def state_type(planes: int) -> np.dtype[Any]:
 
 
 def state_of(record: NDArray[np.void]) -> dict[str, Any]:
-    """Return a running state by names, in plain numbers: planes are tuples."""
+    """Return a running state by names, as plain numbers, with planes as tuples."""
     return {name: record[name].tolist() for name in record.dtype.names or ()}
 
 
@@ -754,9 +743,15 @@ def restore_record(record: NDArray[np.void], state: dict[str, Any]) -> None:
 
 
 class Stepped(ABC):
-    """A propagator that takes steps; a derived class turns a machine into a system.
+    """A propagator that takes steps. A derived class turns a machine into a system.
 
-    `nodes` names the rows that the system keeps at the nodes of a step.
+    Args:
+        machine: the machine.
+        planes: number of rotating planes.
+        nodes: names of the system's rows at the nodes of a step.
+        stages: stages of a step.
+        tolerance: the accuracy of steps.
+        columns: columns of `Work.piece`.
     """
 
     name = 'collocation'
@@ -788,10 +783,10 @@ class Stepped(ABC):
 
     @abstractmethod
     def _failure(self, code: int, time_s: float) -> PropagationError:
-        """Return the error of a run that ends early."""
+        """Return the error of a failed run."""
 
     def _outside(self, forcing: Forcing) -> ForcingPieces:
-        """Return the pieces of the forcing, of which none may have too many powers."""
+        """Return the pieces of the forcing; ValueError if a channel has too many powers."""
         for name in ('neutral', 'tilt', 'gravity', 'lean'):
             channel = getattr(forcing, name)
             if channel is not None and channel.shape[1] > MOST_POWERS:
@@ -804,7 +799,7 @@ class Stepped(ABC):
         )
 
     def _released(self, forcing: Forcing) -> tuple[NDArray[np.void], float]:
-        """Set the state; return the row at the start and the tension there."""
+        """Release the machine and return the row and the tension at the start."""
         row = np.empty(1, ROW)
         tension = release(
             *self._model_of(forcing),
@@ -827,10 +822,7 @@ class Stepped(ABC):
         state: NDArray[np.void] | None = None,
         work: NDArray[np.void] | None = None,
     ) -> tuple[NDArray[np.void], int, int, float]:
-        """Advance a state; return rows of the logged ends, a code, and the span and x it ended in.
-
-        The state and the workspace are those of the propagator unless others are given.
-        """
+        """Advance a state, by default the propagator's; return logged rows, code, span and x."""
         rows = np.empty(int(np.count_nonzero(forcing.logged)), ROW)
         code, span, x = advance(
             *model,
@@ -860,7 +852,7 @@ class Stepped(ABC):
         )
 
     def state(self) -> State:
-        """Return the running state by its names, and the phase at the start."""
+        """Return the running state by names, and the phase at the start."""
         return {**state_of(self._state), 'start_angle': self._start_angle}
 
     def restore(self, state: State) -> None:
