@@ -1,16 +1,16 @@
-"""The propagator of a wheel, and the wheel whose thread is slack, vertical or through a hole.
+"""The propagator of a wheel, and the wheel with a slack thread.
 
-With η the height of the weight above its rest along the neutral line, and h(ϑ) that at which the
-thread would hold it,
+η is the height of the weight above its rest along the neutral line, and h(ϑ) its height on a taut
+thread:
 
-    ψ̈ = −(drag and recoil)/I,    η̈ = −(m g_eff + κη)/m,    slack while η > h(ϑ),
+    ψ̈ = −(drag and recoil)/I,    η̈ = −(m g_eff + κη)/m,    slack while η > h(ϑ).
 
-and where η is h again, with the lever arm t = h′ and v = η̇,
+The thread tautens at η = h. With the lever arm t = h′ and v = η̇,
 
-    ϑ̇⁺ = (I ϑ̇⁻ + m t v)/(I + m t²),    lost ½ I m (t ϑ̇⁻ − v)²/(I + m t²).
+    ϑ̇⁺ = (I ϑ̇⁻ + m t v)/(I + m t²),    energy loss ½ I m (t ϑ̇⁻ − v)²/(I + m t²).
 
-A massless weight falls as fast as the thread asks for: it is slack while apparent gravity points
-out of the top of the case, and nothing is lost. A force or a spring without mass never lets go.
+A massless weight is slack while apparent gravity points out of the top of the case, and loses no
+energy. A force or a spring without mass never goes slack.
 """
 
 from __future__ import annotations
@@ -98,15 +98,15 @@ from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import PropagationError
 
 ABOUT_TO_TAUTEN = 1e-11
-"""Gap up to which friction does not hold a wheel, whose thread will turn it at once [rad]."""
+"""Gap up to which friction does not hold a wheel, since the thread tautens at once [rad]."""
 
 
 class _FreeNumbers(NamedTuple):
-    """A wheel whose thread is slack.
+    """The fields of `FreeWheel`.
 
     Attributes:
-        wheel: the wheel with its thread taut.
-        scale: √(m/I) where the machine's numbers hold [1/m]; None of a massless weight.
+        wheel: the wheel with a taut thread.
+        scale: √(m/I) at the reference temperature [1/m], or `None` for a massless weight.
     """
 
     wheel: Wheel
@@ -123,7 +123,7 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
 
     @property
     def feels_tilt(self) -> bool:
-        """Whether θ or θ̇ matter within a span."""
+        """Whether θ or θ̇ acts within a span."""
         return self.wheel.feels_tilt
 
     def at_nodes(self, place: StepPlace, work: Work) -> None:
@@ -145,7 +145,7 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
         if per_inertia.growth is not None:
             against = against + per_inertia.growth * w
         store(work.d1, 0, 0.0 * x - line_rate)
-        # no thread pulls the wheel back: ωX cancels the rotation of the plane
+        # without a thread ωX cancels the rotation of the plane
         store(work.d2, 0, omega[0] * x - against * (1.0 / omega[0]))
         if self.scale is not None and per_inertia.carried is not None:
             height = row_of(work.x, 1)
@@ -162,7 +162,7 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
             edge = first_below(wheel.range - larger(x, x), work)
         lift = lever_arm(wheel.lever, 1.0, larger(x, x)).lift
         if self.scale is None:
-            # a massless weight has no height: the thread is slack while it would have to push
+            # a massless weight has no height: the thread is slack while its pull is negative
             gravity = row_or_zero(channels.gravity, work.nodes.gravity)
             gap = 0.0 * x - pull_of(wheel.per_inertia, lift, gravity) + self.pull_rounding
         else:
@@ -172,7 +172,7 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
 
     @property
     def pull_rounding(self) -> float:
-        """Pull of a massless weight over I that is no more than rounding."""
+        """Rounding error of the pull of a massless weight, over I."""
         return ROUNDING * term(self.wheel.per_inertia.weight, self.wheel.gravity)
 
     def wheel_angle(self, planes: tuple[Plane, ...], at: Inputs) -> float:
@@ -180,7 +180,7 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
         return planes[0].x + at.tilt.value
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Inputs) -> Instant:
-        """Return wheel and weight at an instant."""
+        """Return the wheel at an instant, with the gap as its tension."""
         wheel, line, tilt = wheel_now(self.wheel, at), at.drive, at.tilt
         per_inertia, q, w = wheel.per_inertia, planes[0].x, omega[0] * planes[0].y
         speed = w - line.rate
@@ -215,7 +215,7 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
     def strike(
         self, mode: Mode, omega: Omega, at: Inputs, now: Instant, state: RunningState
     ) -> None:
-        """Let an impulse change the momentum of the wheel alone."""
+        """Apply an impulse to the wheel only."""
         impulse, plane = wheel_now(self.wheel, at).per_inertia.impulse, state.planes[0]
         if impulse is None:
             return
@@ -224,9 +224,9 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
         plane.y_rest = 0.0
 
     def set_off(self, omega: Omega, angle: float, at: Inputs, state: RunningState) -> None:
-        """Put the wheel at rest at θ = angle: held by friction, or about to go.
+        """Put the wheel at rest at θ = angle: held by friction, or about to move.
 
-        It is not held where the thread is about to tauten.
+        Friction does not hold it if the thread is about to tauten.
         """
         torque = _holding_torque(self, mode_of(state), angle, at)
         coulomb = wheel_now(self.wheel, at).per_inertia.coulomb
@@ -241,7 +241,7 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
         state.armed = is_due(self, state, float(state.direction), angle)
 
     def gap_at(self, q: float, state: RunningState, at: Inputs) -> float:
-        """Return the gap of a wheel at ϑ = q, with the weight where it is."""
+        """Return the gap of the thread at ϑ = q, with the weight of a state."""
         lift = lever_arm(self.wheel.lever, 1.0, abs(q)).lift
         if self.scale is None:
             pull = pull_of(wheel_now(self.wheel, at).per_inertia, lift, at.gravity)
@@ -276,14 +276,14 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
         return reached
 
     def let_go(self, taut: Wheel, omega: Omega, at: Inputs, now: Instant, free: Any) -> None:
-        """Set wheel and weight to the motion of the taut thread."""
+        """Start wheel and weight from the motion on the taut thread."""
         q, wheel_plane = now.coordinate, free.planes[0]
         wheel_plane.x, wheel_plane.y = q, (now.speed + at.drive.rate) / omega[0]
         wheel_plane.x_rest = wheel_plane.y_rest = 0.0
         if self.scale is not None:
             arm = lever_arm(taut.lever, 1.0, abs(q))
             second = free.planes[1]
-            # the weight leaves at the speed that the thread gave it, η̇ = t ϑ̇
+            # the weight leaves with the speed of the thread, η̇ = t ϑ̇
             second.x = self.scale * arm.lift
             second.y = self.scale * math.copysign(arm.t, q) * now.speed / omega[1]
             second.x_rest = second.y_rest = 0.0
@@ -291,7 +291,7 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
     def tauten(
         self, taut: Wheel, omega: Omega, taut_omega: Omega, at: Inputs, free: Any, state: Any
     ) -> Retension:
-        """Share the momentum along the thread."""
+        """Exchange momentum along the thread."""
         planes, wheel = planes_of(omega, free.planes), wheel_now(taut, at)
         q, speed = planes[0].x, omega[0] * planes[0].y - at.drive.rate
         t = math.copysign(lever_arm(wheel.lever, 1.0, abs(q)).t, q)
@@ -309,13 +309,13 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
 
 
 class _HeldNumbers(NamedTuple):
-    """A slack thread on a wheel that friction holds."""
+    """The field of `HeldWheel`."""
 
     free: FreeWheel
 
 
 class HeldWheel(_HeldNumbers):
-    """The weight alone; the plane of the wheel stands still."""
+    """A weight on a slack thread of a wheel held by friction."""
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill the disturbances of the planes' rotation."""
@@ -325,14 +325,14 @@ class HeldWheel(_HeldNumbers):
 
 
 class WatchHeld(NamedTuple):
-    """The condition that friction no longer holds the wheel, or the thread is taut."""
+    """The condition that the wheel breaks loose or the thread tautens."""
 
     free: FreeWheel
     run: SteppedRun
     place: StepPlace
 
     def holds(self, xi: float) -> bool:
-        """Return whether it holds at a fraction of the step."""
+        """Return whether the condition holds at a fraction of the step."""
         free, run, place = self.free, self.run, self.place
         state, work, angle = run.state, run.work, run.state.held_angle
         at = outside_at(place.terms, place.begin + xi * place.size, work)
@@ -349,7 +349,7 @@ class WatchHeld(NamedTuple):
 
 @compiled
 def _holding_torque(free: FreeWheel, mode: Mode, angle: float, at: Inputs) -> float:
-    """Return the torque over I that keeps the wheel without its thread at θ = angle."""
+    """Return the torque over I that holds the wheel without its thread at θ = angle."""
     per_inertia, tilt = wheel_now(free.wheel, at).per_inertia, at.tilt
     aside = unbalanced(per_inertia, angle - tilt.value - at.lean, at.gravity)
     return at.drive.bend - tilt.bend + aside + term(per_inertia.recoil, mode.pallet)
@@ -364,17 +364,13 @@ def _place_at_rest(omega: Omega, angle: float, at: Inputs, state: RunningState) 
 
 
 # -----------------------------------------------------------------------------
-# The general propagator of a wheel: Gauss collocation in the rotating frame, from event to event.
-#
-# No step is longer than `longest_step_s`. A step is halved where its error exceeds the tolerance
-# or its stage equations are not solved. Events – turning points where drag has a kink, the kink
-# of a cam, impulses, the cam's edge, a slack thread – are stepped to, never over.
+# The general propagator of a wheel.
 
 
 class Collocation(SlackThread):
-    """Propagator of any machine with one degree of freedom.
+    """Propagator of any wheel by Gauss collocation in the rotating frame.
 
-    Its steps have as many stages as suit the machine (`stages_of`), unless a number is given.
+    Without a number of `stages`, `stages_of` chooses it by the machine.
     """
 
     def __init__(
@@ -386,8 +382,8 @@ class Collocation(SlackThread):
         self._shape = lasting_shape(machine)
         stages = stages_of(machine, self._shape) if stages is None else stages
         factor = error_factor(machine, self._shape, stages)
-        # Steps of twice the length err 2^2S times as much with S stages, where the cam has joints
-        # 2^8 times; a factor of two is left to spare.
+        # steps of twice the length err 2^2S times as much with S stages, or 2^8 times if the cam
+        # has joints; a factor of two is a reserve
         coarsen = 2.0 ** -((2 * stages if factor else 8) + 1)
         allowed = tolerance_of(tolerance, factor, coarsen)
         rows, columns = (HOT_NODES, 2 * SIZE) if hot else (WHEEL_NODES, SIZE)
@@ -397,18 +393,18 @@ class Collocation(SlackThread):
         )
 
     def steps_in(self, length_s: float) -> int:
-        """Return how many steps fill a piece of forcing; 1 if they end at events."""
+        """Return the number of steps in a piece of forcing, or 1 if steps end at events."""
         if self.order == 2 * SIZE or self._machine.escapement is not None:
             return 1
         return max(1, math.ceil(length_s / self.longest_step_s - SPARE))
 
     def _model_of(self, forcing: Forcing) -> Model:
-        """Return the machine's numbers per inertia."""
+        """Return the wheel with its parameters per inertia."""
         machine = self._machine
         inertia = machine.inertia
 
         def share(value: float) -> float | None:
-            # None for a term that is zero, so that compiled code does without it
+            # None removes a zero term from the compiled code
             return value / inertia if value else None
 
         force, weight = machine.force, machine.pulling_mass
@@ -450,7 +446,7 @@ class Collocation(SlackThread):
         return Model(wheel, (self._omega,))
 
     def _loose_model(self, taut: Model) -> Model | None:
-        """Return wheel and weight with a slack thread; None without a weight."""
+        """Return wheel and weight with a slack thread, or `None` without a weight."""
         wheel, omega = taut
         if not wheel.has_weight:
             return None
@@ -460,7 +456,7 @@ class Collocation(SlackThread):
         return Model(FreeWheel(wheel, math.sqrt(carried)), (omega[0], omega[0]))
 
     def _outside(self, forcing: Forcing) -> ForcingPieces:
-        """Return the pieces of the forcing, with the machine's numbers where heat changes them."""
+        """Return the pieces of the forcing, with thermal parameters if heat acts."""
         pieces = super()._outside(forcing)
         if not self._hot:
             return pieces
@@ -488,7 +484,7 @@ class Collocation(SlackThread):
     def release(self, forcing: Forcing) -> Motion:
         """Release the wheel at rest in the case at the beginning of the first span.
 
-        Raises a PropagationError where the roll at the start puts the cam angle beyond the cam.
+        Raises PropagationError if the roll at the start puts the cam angle beyond the cam.
         """
         row, _ = self._released(forcing)
         angle = float(row['coordinate'][0])

@@ -1,13 +1,12 @@
-"""Free-end steps: one step from impulse to impulse, whose length is solved with its stages.
+"""Event-to-event steps: the propagator and its driver.
 
-Between two impulses of an escapement the motion is smooth, and takes half a swing. One step of
-sixteen Gauss nodes in the rotating frame spans it. Its length T is predicted, and corrected by
-θ/θ̇ at its end when the stages are nearly settled: so the impulse is the end of the step by
-construction, and needs no search, no short step back and no layout of a stretch.
+Between two impulses of an escapement the motion is smooth and takes half a swing. One step of
+sixteen Gauss nodes in the rotating frame covers it. The step's length is an unknown like its
+stages. It is predicted and then corrected by θ/θ̇ at the end of the step, which is the impulse.
 
-Such a step begins at an impulse and reads as many spans of forcing as it covers. A row that is
-logged on its way is the end of a step of given length from the same impulse. What a step assumes
-is checked at its nodes; where that fails, the driver of `stepping` continues to the next impulse.
+Such a step begins at an impulse and reads all spans of forcing that it covers. A row logged in its
+interior is the end of a step of given length from the same impulse. The assumptions of a step are
+checked at its nodes. If one fails, the driver of `stepping` continues to the next impulse.
 """
 
 from __future__ import annotations
@@ -127,28 +126,28 @@ from tauto_core.samples import FloatArray, State
 from tauto_core.scene.errors import CamRangeError
 
 LEAST_FREE_SETTLED, LEAST_FREE_ERROR = 1e-11, 1e-13
-"""Below them rounding would decide."""
+"""Least iteration error and least error of a step, above rounding."""
 
 LEAST_BENT_ERROR, MOST_ON_LAND = 1e-11, 1e-12
-"""The same of a bent swing, whose slopes have more harmonics; and the most that its steps may err
-on land, so that the sea is left the rest.
+"""Least error of a step with a bent arm, which has more harmonics, and its largest error on land.
+The sea has the rest.
 """
 
 LEAST_KINKED_ERROR, MOST_ON_LAND_KINKED = 1e-8, 1e-9
-"""The same of a swing on a kinked cam, whose well is strongly anharmonic: 3e-4 s/day."""
+"""The same errors on a kinked cam, which has a strongly anharmonic well: 3e-4 s/day."""
 
 
 def arm_is_bent(machine: Machine) -> bool:
-    """Return whether the angle is the coordinate, and the well smooth, but not of a linear arm.
+    """Return whether the coordinate is the angle, in a smooth well of a nonlinear arm.
 
-    Such a swing takes one sweep more: with two the weight's own cam errs by 6e-4 s/day.
+    Such a swing needs one more sweep: with two, the weight's own cam errs by 6e-4 s/day.
     """
     smooth = not machine.cam.kinked and not machine.is_linear
     return smooth and lasting_shape(machine) is None
 
 
 def free_end_of(machine: Machine, sweeps: int) -> FreeEnd:
-    """Return the settings for a number of sweeps, ≥ 1."""
+    """Return the settings of event-to-event steps for a number of sweeps ≥ 1."""
     floor, phase = LEAST_FREE_ERROR, NEAR if sweeps <= MOST_IN_ONE else NEARER
     if machine.cam.kinked:
         floor, phase = (LEAST_KINKED_ERROR, NEAR_KINKED if sweeps <= MOST_IN_ONE else NEARER)
@@ -174,35 +173,34 @@ def free_end_of(machine: Machine, sweeps: int) -> FreeEnd:
 
 
 NEIGHBOURS = 0.8, 0.9
-"""Swings, over the release, whose times are compared with that of the release."""
+"""Amplitudes over the release at which the period is compared with the period of the release."""
 
 
 def _greatest(machine: Machine, omega: float, share: float) -> float:
-    """Return the largest |Y| of a swing on land, by its amplitude over the release."""
+    """Return the largest |Y| of a swing on land, for an amplitude of `share` of the release."""
     reached = min(abs(machine.release_angle), machine.cam.range_rad) * share
     return math.sqrt(2.0 * float(machine.potential(reached)) / machine.inertia) / omega
 
 
 MOST_IN_ONE = 3
-"""Sweeps up to which one length is tried where it is near."""
+"""Sweeps up to which a near prediction of the length is not corrected by a second step."""
 
 NEAR, NEARER = 0.01, 1e-4
-"""Phase from the end of a step within which its slopes are extrapolated to the impulse [rad].
+"""Phase between the end of a step and the impulse within which the slopes are extrapolated [rad].
 
-The second derivative that this takes from the polynomial of the step leaves some 6e-9 s/day within
-NEAR, and a hundredth of it within NEARER, at the price of a second length.
+The extrapolation errs by some 6e-9 s/day within NEAR, and by a hundredth of it within NEARER,
+which mostly takes a second length.
 """
 
 NEAR_BENT, NEAR_KINKED = 0.004, 0.003
-"""The same of a bent swing, and on a kinked cam."""
+"""NEAR with a bent arm, and on a kinked cam."""
 
 
 def takes_free_ends(machine: Machine) -> bool:
-    """Return whether a machine can step from impulse to impulse.
+    """Return whether a machine can step from event to event.
 
-    It needs an escapement and nothing but a cam's kink that happens between two impulses: no kink
-    of the drag, no friction that holds, no joints; and a swing for half of which sixteen stages
-    are enough.
+    It needs an escapement, a drag without kink or static friction, a cam without joints, and a
+    half swing for which sixteen stages are enough.
     """
     drag, cam, shape = machine.drag, machine.cam, lasting_shape(machine)
     if machine.escapement is None or cam.joints.size or not (drag is None or drag.is_linear):
@@ -216,7 +214,7 @@ def takes_free_ends(machine: Machine) -> bool:
 
 
 def _swings_on_cheek(machine: Machine) -> bool:
-    """Return whether a release on land swings evenly over the kink of a cheek."""
+    """Return whether a release on land swings over the kink of a cheek, alike on both sides."""
     if not isinstance(machine.cam.lever, ArcLever) or machine.imbalance is not None:
         return False
     try:
@@ -229,8 +227,8 @@ class OnLand(NamedTuple):
     """Half a swing on land.
 
     Attributes:
-        u, v: how far U and V go at its stages, over its amplitude.
-        error: error of one step over it, relative to the state; infinite if that does not settle.
+        u, v: change of U and V at its stages, over its amplitude, (WIDE_SIZE,).
+        error: error of one step over it, relative to the state. Infinite without convergence.
     """
 
     u: FloatArray
@@ -277,29 +275,29 @@ FREE = np.dtype(
 )
 
 SWEEPS_ON_LAND = 20
-"""Sweeps that settle the stages of half a swing on land, where free-end steps pay."""
+"""Sweeps that settle the stages of half a swing on land if event-to-event steps are efficient."""
 
 CONSTANTS = 'half_cosine', 'half_sine', 'land_u', 'land_v'
-"""Rows of constants of a wheel: cos and sin of πξ, and U and V on land over the amplitude."""
+"""Rows of constants of a wheel: cos πξ and sin πξ, and `OnLand.u` and `OnLand.v`."""
 
 TO_END = 'first', 'second', 'third'
 """Rows of integrals of the slopes' Taylor series about the end of the step."""
 
 WAITS = 15
-"""Half swings of the driver after the one that a step did not hold for."""
+"""Further half swings that the driver takes after a step did not hold."""
 
 
 @inlined
 def _to_row(
     run: SteppedRun, swing: FreeHalfSwing, free: FreeState, free_end: FreeEnd, row: LoggedRow
 ) -> int:
-    """Write the row at the end of the last span if it precedes the impulse; the state stays."""
+    """Write the row at the end of the last span if it precedes the impulse. The state stays."""
     wheel, omega, state, work = swing.system, run.omega, run.state, run.work
     h, mode = swing.known_s, mode_of(state)
     if wheel.kinked and h > LONGEST * expected_s(run, swing, free, free_end):
         return PAST
     if not isinstance(wheel, Wheel):
-        # beyond the second turning point the motion would seem to come before the impulse
+        # beyond the second turning point the motion looks as if it preceded the impulse
         expected = time_to_impulse(run, swing, free_end.usual_s) * lasting(run, free)
         if not h <= LONGEST * expected:
             return PAST
@@ -318,7 +316,7 @@ def _to_row(
         return PAST
     if not _holds(run, swing, mode, free_end.error, h):
         return MISSES
-    # the state is advanced for the row, and then restored
+    # advance the state for the row, then restore it
     turns, beats = state.turns, state.beats
     saved: tuple[tuple[float, float, float, float], ...] = ()
     for p in range(len(omega)):
@@ -358,10 +356,11 @@ def _to_next(
 def _ahead(
     start: FreeHalfSwing, first_due: int, reach_s: float, squares: FloatArray, bends: FloatArray
 ) -> tuple[int, FreeHalfSwing]:
-    """Return the spans to read: up to a row that is due, or as far as a half swing may last.
+    """Return a code and the half swing with the spans to read.
 
-    What is read so does not depend on how many spans are known. The code is DUE, HOLDS, UNKNOWN,
-    or MISSES where there are too many.
+    They end at the next due row (DUE), or at the longest half swing (HOLDS). The code is UNKNOWN
+    if the known spans end before, and MISSES if there are too many. More known spans do not change
+    the result.
     """
     spans, k, last_span, x = start.spans, start.k, start.k, start.x
     known_s, square, bend, code = 0.0, 0.0, 0.0, UNKNOWN
@@ -412,10 +411,10 @@ def advance_freely(
     free: FreeState,
     free_end: FreeEnd,
 ) -> tuple[int, int, float]:
-    """Advance the state over all spans, as `stepping.advance` does; the rates are filled first.
+    """Advance the state over all spans, as `stepping.advance`, after filling the rates.
 
-    Returns a code, and the span and the x in its piece where the run ended: with OK, the span from
-    which on they are needed again.
+    Returns a code, and span and x at the end of a failed run. With OK the span is the first one
+    that the next call needs again.
     """
     run = SteppedRun(system, omega, tolerance, state, work)
     longest = LONGEST if isinstance(system, Wheel) else LONGEST_ON_THREAD
@@ -452,7 +451,7 @@ def advance_freely(
                 continue
             free.waits, free.missed = WAITS + 1, free.missed + 1
             free.forth = free.back = 0.0
-        # the driver continues to the next impulse, or to the end of the span
+        # the driver of `stepping` continues to the next impulse, or to the end of the span
         unlaid = lay_out_pieces(pieces, rates, powers, max(unlaid, k), k, table)
         code, x, _ = over_span(k, run, longest_s, pieces, spans, spans.logged[k], x, True)
         if code == STRUCK:
@@ -473,13 +472,13 @@ def advance_freely(
 
 
 def _joined(former: Forcing | None, second: Forcing) -> Forcing:
-    """Return the spans of one forcing and then those of another."""
+    """Return the spans of two consecutive forcings as one."""
     if former is None:
         return second
     head, tail = former.temperatures, second.temperatures
     temperatures = tail
     if head is not None and tail is not None:
-        # an interval that both have is there once, so that its spans are known to lie in one
+        # keep a shared interval once: its spans must have one index
         new = 1 if head.begin_s[-1] == tail.begin_s[0] else 0
         temperatures = Temperatures(
             np.concatenate([head.celsius, tail.celsius[new:]]),
@@ -502,7 +501,7 @@ def _joined(former: Forcing | None, second: Forcing) -> Forcing:
 
 
 def _part(forcing: Forcing, start: int, stop: int | None = None) -> Forcing:
-    """Return the spans from the first wanted on, up to the last."""
+    """Return the spans from `start` up to `stop`, exclusive."""
     wanted = slice(start, stop)
     parts: dict[str, Any] = {
         name: None if (rows := getattr(forcing, name)) is None else rows[wanted].copy()
@@ -522,7 +521,7 @@ def _part(forcing: Forcing, start: int, stop: int | None = None) -> Forcing:
 
 
 def _evened(pieces: ForcingPieces) -> tuple[ForcingPieces, int]:
-    """Return the pieces with as many powers in each channel, and how many; none without any."""
+    """Return the pieces padded to one number of powers in all channels, and that number."""
     channels = {name: getattr(pieces, name) for name in ('drive', 'tilt', 'gravity', 'lean')}
     powers = max((row.shape[1] for row in channels.values() if row is not None), default=0)
     padded: dict[str, Any] = {
@@ -534,7 +533,7 @@ def _evened(pieces: ForcingPieces) -> tuple[ForcingPieces, int]:
 
 
 class FreeEnds(SlackThread):
-    """A propagator of a machine with an escapement that steps from impulse to impulse.
+    """A propagator that steps from event to event.
 
     A derived class sets `_free_end` and `_free`, and calls `_fill_constants`.
     """
@@ -545,7 +544,7 @@ class FreeEnds(SlackThread):
     _spans: Forcing | None = None
 
     def _fill_constants(self) -> None:
-        """Fill the integrals of the slopes' Taylor series about the end, by P_n'(1), P_n''(1) …"""
+        """Fill the rows `TO_END` by P_n'(1), P_n''(1) …"""
         self._table = rows_of_eight(RING * MOST_POWERS)
         constants, nodes = gauss_constants(WIDE_SIZE), self._work['nodes']
         n, at_end = np.arange(WIDE_SIZE), np.ones(WIDE_SIZE)
@@ -555,7 +554,7 @@ class FreeEnds(SlackThread):
 
     @property
     def missed(self) -> int:
-        """Steps so far that did not hold, after each of which the driver took `WAITS` + 1."""
+        """Steps so far that did not hold. After each the driver took `WAITS` + 1 half swings."""
         return int(self._free['missed'])
 
     def _released(self, forcing: Forcing) -> tuple[NDArray[np.void], float]:
@@ -563,11 +562,11 @@ class FreeEnds(SlackThread):
         return super()._released(forcing)
 
     def advance(self, forcing: Forcing) -> Motion:
-        """Advance over the spans, as `Collocation`; keep those of a half swing under way."""
+        """Advance over the spans and keep the spans of an unfinished half swing."""
         open_spans, self._spans = self._spans, None
         if open_spans is None:
             return super().advance(forcing)
-        # a few spans are joined to those kept, and the many after them are not copied
+        # join only a few spans to the kept ones, without copying the many after them
         count = len(forcing.begin)
         lead = min(count, 2 * MOST_SPANS)
         motion = super().advance(_joined(open_spans, _part(forcing, 0, lead)))
@@ -611,13 +610,13 @@ class FreeEnds(SlackThread):
         if code == OK:
             self._spans = _part(forcing, k) if k < len(forcing.begin) else None
         else:
-            # no row beyond the place of a slack thread is shown: free-end steps are surely taut
+            # drop rows beyond the end: in event-to-event steps the thread is certainly taut
             rows = rows[: np.count_nonzero(forcing.logged[first_due:k])]
             self._free['free'], self._free['shown'] = False, 0
         return rows, code, k, x
 
     def state(self) -> State:
-        """Return the running state, and the spans of the half swing that is under way."""
+        """Return the running state, and the spans of an unfinished half swing."""
         open_spans = self._spans
         spans = None
         if open_spans is not None:
@@ -638,7 +637,7 @@ class FreeEnds(SlackThread):
 
 
 class FreeEndCollocation(FreeEnds, Collocation):
-    """Propagator of a wheel with an escapement that steps from impulse to impulse."""
+    """Propagator of a wheel with an escapement that steps from event to event."""
 
     def __init__(self, machine: Machine, tolerance: float | None, sweeps: int) -> None:
         super().__init__(machine, tolerance, WIDE_SIZE)
@@ -655,27 +654,27 @@ class FreeEndCollocation(FreeEnds, Collocation):
 
 
 # -----------------------------------------------------------------------------
-# Free-end steps on a kinked cam: to the kink or to the impulse, whichever comes first.
+# Event-to-event steps on a kinked cam: to the kink or to the impulse, whichever comes first.
 #
-# The law of the side on which a step begins is continued over the kink, and the times of both
-# events are found at its end. A half swing is a step over the turning point and a short one
-# between kink and impulse, which lie apart by the tilt of the neutral line.
+# A step continues the law of its first side over the kink, and its end gives the times of both
+# events. A half swing is a long step over the turning point and a short one between kink and
+# impulse, which differ by the tilt of the neutral line.
 
 AT_ONCE = 1e-9
-"""Phase from the kink to the impulse, or back, within which both happen at one place [rad]."""
+"""Phase between kink and impulse within which both are simultaneous [rad]."""
 
 SHORT, MOST_LATE = 0.3, 0.05
-"""Longest step to an event that lies ahead, over half a swing on land; and the largest error of a
-predicted length, over the length, at which a step is not made anew.
+"""Longest step between kink and impulse, over half a swing on land, and the largest error of a
+predicted length, over the length, without a repetition of the step.
 """
 
 ONWARD_SWEEPS = 2
-"""Least sweeps of such a step: it is short."""
+"""Least sweeps of a step between kink and impulse."""
 
 
 @inlined
 def goes_on(state: RunningState) -> bool:
-    """Return whether kink or impulse come before the turning point of θ."""
+    """Return whether a kink or an impulse comes before the turning point of θ."""
     return state.armed or state.side * state.direction < 0
 
 
@@ -695,12 +694,12 @@ def expected_s(run: SteppedRun, swing: FreeHalfSwing, free: FreeState, free_end:
     then, quicker = ship_at(swing, k, x), 1.0
     k, x = span_at(swing, 0.5 * free_end.usual_s)
     middle = ship_at(swing, k, x)
-    # the neutral line, as it turns in the middle of the half swing, shifts the centre
+    # in the middle of the half swing the acceleration of the neutral line shifts the centre
     shift = d * middle.drive.bend / (run.omega[0] * run.omega[0])
     since = arc_sine((d * q + shift) * per_size)
     if wheel.channels.gravity is not None:
         quicker = longer_by_gravity(swing, free, middle, then)
-    # from kink to kink a larger swing takes another time; heavier, the same Y is a smaller one
+    # the time from kink to kink depends on the swing, and the swing of a given Y on gravity
     larger_by = quicker / (per_size * free_end.swing) - 1.0 - free_end.spent
     time = 1.0 + larger_by * (free_end.slower + larger_by * free_end.slower_yet)
     half_s = free_end.usual_s * quicker * time
@@ -720,7 +719,7 @@ def _act(
     now: WheelInstant,
     since: float,
 ) -> None:
-    """Let an impulse or the kink act on the state `goal`, a short time after an instant."""
+    """Apply an impulse or the kink to the state `goal`, a short time after an instant."""
     state, plane, turns = run.state, run.state.planes[0], not goes_on(run.state)
     added = 0.0
     if struck:
@@ -741,9 +740,9 @@ def _act(
 def _to_event(
     run: SteppedRun, swing: FreeHalfSwing, free: FreeState, free_end: FreeEnd
 ) -> tuple[int, float]:
-    """Step to the next kink or impulse and let it act, or leave all as it is.
+    """Step to the next kink or impulse and apply it (HOLDS), or keep the state (MISSES).
 
-    Returns HOLDS or MISSES, and the length of the step [s].
+    Returns the code and the length of the step [s].
     """
     wheel, omega, state, work = swing.system, run.omega, run.state, run.work
     plane, onward = state.planes[0], goes_on(state)
@@ -816,7 +815,7 @@ def to_next(
 
 @inlined
 def is_past(wheel: Wheel, state: RunningState, now: Instant | WheelInstant) -> bool:
-    """Return whether the next event of a state is past at an instant."""
+    """Return whether the next event of a state precedes an instant."""
     d = float(state.direction)
     if wheel.kinked:
         onward = goes_on(state)

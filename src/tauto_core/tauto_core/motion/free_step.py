@@ -1,8 +1,6 @@
-"""A free-end step: from impulse to impulse, of a length that is solved with its stages.
+"""Event-to-event steps: the shared parts, the steps of a wheel, and the steps of a real thread.
 
-Its length is predicted, and corrected by θ/θ̇ at its end when the stages are nearly settled. It
-reads as many spans of forcing as it covers. First what such steps share, then those of a wheel,
-then those of a real thread. `free_end` has the whole.
+`free_end` describes the method.
 """
 
 from __future__ import annotations
@@ -76,18 +74,18 @@ from tauto_core.samples import FloatArray
 
 
 class FreeEnd(NamedTuple):
-    """How free-end steps are taken.
+    """Settings of event-to-event steps.
 
     Attributes:
-        sweeps: least sweeps of the stages; each takes a factor of some 60 off the error.
-        settled: share of the state that the last sweep may have left; more are made until then.
+        sweeps: least sweeps of the stages. Each reduces the error by a factor of some 60.
+        settled: error, relative to the state, to which the stages are swept.
         error: error allowed in a step, relative to the state.
         near_phase: phase from the impulse within which a step is not repeated [rad].
-        close: phase from the impulse within which the ship's motion is carried on to it [rad].
+        close: phase from the impulse within which the ship's motion is extrapolated to it [rad].
         usual_s: half a swing on land [s].
         swing: its largest Y, in the middle [rad].
-        slower, slower_yet: by how much half a swing lasts longer, relative to `usual_s`, as the
-            coefficients of the first and second power of the relative change of Y.
+        slower, slower_yet: first and second coefficient of the relative growth of half a swing's
+            duration, in powers of the relative change of Y.
         spent: relative loss of Y by viscous drag in a quarter of a swing.
     """
 
@@ -104,37 +102,36 @@ class FreeEnd(NamedTuple):
 
 
 SHORTEST, LONGEST = 0.8, 1.2
-"""Least and greatest length of a half swing, over that on land."""
+"""Least and greatest length of a half swing, over half a swing on land."""
 
 MOST_LENGTHS = 4
-"""Most lengths tried of one step; its prediction seldom errs by more than `NEAR`."""
+"""Most lengths tried for a step. The prediction seldom errs by more than `NEAR`."""
 
 MORE_SWEEPS = 12
-"""Most sweeps beyond the number set."""
+"""Most additional sweeps."""
 
 ROW_SETTLED = 1e-3
-"""How far the stages settle for a logged row, over `FreeEnd.settled`."""
+"""Iteration error for a logged row, over `FreeEnd.settled`."""
 
 HOLDS, MISSES, PAST, UNKNOWN, DUE = range(5)
-"""A step holds; its assumptions fail; the instant wanted lies beyond the impulse; the spans known
-do not reach; a row is due on the way.
+"""A step holds, its assumptions fail, the instant is beyond the impulse, the known spans are too
+few, a row is due on the way.
 """
 
 
 class FreeState(Protocol):
-    """Where free-end steps are: a record of FREE in compiled code.
+    """The state of event-to-event steps, a record of FREE in compiled code.
 
     Attributes:
-        x, x_rest: where in the first span kept the half swing began, as two doubles.
+        x, x_rest: x in the first kept span at the beginning of the half swing, as two doubles.
         line_rate: γ̇ there [rad/s].
         gravity: g_eff there [m/s2].
-        forth, back: of a real thread, the last half swing with θ̇ > 0 at its beginning, and the
-            last one back, over the time expected; 0 before the first.
-        shown: first of the spans kept whose row, if any, is not written yet.
-        waits: half swings to come that the driver takes, after a step that did not hold.
+        forth, back: for a real thread, the duration of the last half swing that began with θ̇ > 0,
+            and of the last one back, over the prediction. 0 before the first.
+        shown: first kept span with an unwritten row.
+        waits: next half swings that the driver takes, after a step that did not hold.
         missed: steps that did not hold.
-        free: whether the state is that just after an impulse or a kink; otherwise at the end of a
-            span.
+        free: whether the state is just after an impulse or a kink, not at the end of a span.
     """
 
     x: float
@@ -150,9 +147,9 @@ class FreeState(Protocol):
 
 
 class Rates(NamedTuple):
-    """Coefficients of x^j of γ̇ and τ̇ over the pieces [rad/s]; None where a channel is absent.
+    """Coefficients of x^j of γ̇ and τ̇ over the pieces [rad/s], or `None` for an absent channel.
 
-    They have as many powers as the channels, which all have the same number.
+    Rates and channels have the same number of powers.
     """
 
     line: FloatArray | None
@@ -161,7 +158,7 @@ class Rates(NamedTuple):
 
 @inlined
 def fill_rates(pieces: ForcingPieces, rates: Rates) -> None:
-    """Fill the coefficients of the time derivatives."""
+    """Fill the coefficients of both rates."""
     _fill_rate(pieces.drive, pieces, rates.line)
     _fill_rate(pieces.tilt, pieces, rates.tilt)
 
@@ -182,19 +179,19 @@ def _fill_rate(
 
 
 MOST_SPANS = 12
-"""Most spans of forcing in a half swing; with more the driver's steps are as cheap."""
+"""Most spans of forcing in a half swing. With more, the driver's steps are as cheap."""
 
 RING = 16
-"""Pieces that are laid out at a time, more than those."""
+"""Pieces in the table of `lay_out_pieces`, more than MOST_SPANS."""
 
 
 @inlined
 def lay_out_pieces(
     pieces: ForcingPieces, rates: Rates, powers: int, begin: int, end: int, table: FloatArray
 ) -> int:
-    """Lay out pieces for `ship_at`, in the columns of `system`; return the next one after them.
+    """Copy pieces `begin` to `end` into the table of `ship_at`; return the next piece.
 
-    The row of a power of piece k follows those of lower powers, from `k % RING * powers` on.
+    The powers of piece k are the rows from `k % RING * powers` on, with the columns of `system`.
     Columns of absent channels stay zero.
     """
     for k in range(begin, end + 1):
@@ -220,15 +217,15 @@ class FreeHalfSwing(NamedTuple):
     """A half swing that begins at an impulse or a kink, and the spans that it may read.
 
     Attributes:
-        system: what swings: a wheel, a lever or a swinging thread.
-        k, x: span, and x of its piece, where it begins.
+        system: the wheel, lever or swinging thread.
+        k, x: span and x at its beginning.
         last_span: last span that it may read.
-        known_s: time from the beginning to the end of that [s].
+        known_s: time from the beginning to the end of `last_span` [s].
         square: x² + y² above which the swing is clear of tilt and impulse.
         bend: bound of |γ̈| [rad/s2].
         powers: number of powers of every channel.
-        spans, pieces, rates: all of them.
-        table: those read, as `lay_out_pieces` has them.
+        spans, pieces, rates: the whole forcing.
+        table: the pieces to read (`lay_out_pieces`).
     """
 
     system: Any
@@ -256,7 +253,7 @@ def _number(hot: HeatPieces, k: int, which: int, x: Lanes) -> Lanes:
 
 @inlined
 def ship_at(swing: FreeHalfSwing, k: int, x: float) -> Inputs:
-    """Return the forcing at x of piece k, and the machine's numbers."""
+    """Return the forcing at x of piece k, with the thermal parameters."""
     pieces = swing.pieces
     values = powers_at(swing.table, k % RING * swing.powers, swing.powers, x)
     hot = None
@@ -271,7 +268,7 @@ def ship_at(swing: FreeHalfSwing, k: int, x: float) -> Inputs:
 
 @inlined
 def span_at(swing: FreeHalfSwing, time: float) -> tuple[int, float]:
-    """Return span and x of its piece a time [s] after the beginning; the last span has no end."""
+    """Return span and x a time [s] after the beginning. The last span has no end."""
     k, x, spans, lengths = swing.k, swing.x, swing.spans, swing.pieces.length_s
     remaining = time
     while k < swing.last_span:
@@ -286,7 +283,7 @@ def span_at(swing: FreeHalfSwing, time: float) -> tuple[int, float]:
 
 @inlined
 def fill_from_spans(swing: FreeHalfSwing, h: float, work: Work) -> None:
-    """Fill the forcing at the nodes of a step of length h, each from its span."""
+    """Fill the forcing at the nodes of a step of length h [s], each from its span."""
     spans, pieces = swing.spans, swing.pieces
     seconds = row_of(work.fractions) * h
     k, x, since, interval = swing.k, swing.x, 0.0, -1
@@ -299,7 +296,7 @@ def fill_from_spans(swing: FreeHalfSwing, h: float, work: Work) -> None:
         else:
             swing.system.keep_case(swing, k, at, times, initial, work)
         if pieces.hot is not None and pieces.hot.interval[k] != interval:
-            # one cubic holds over all pieces of a log interval
+            # all pieces of a log interval share one cubic
             interval = pieces.hot.interval[k]
             _keep_hot(pieces.hot, k, at, times, initial, work)
         since += (spans.end[k] - x) * length
@@ -317,7 +314,7 @@ def fill_from_spans(swing: FreeHalfSwing, h: float, work: Work) -> None:
 def _keep_wheel(
     swing: FreeHalfSwing, k: int, at: Lanes, times: Lanes, initial: bool, work: Work
 ) -> None:
-    """Keep the channels that a wheel feels at the nodes, from x of span k at each."""
+    """Keep the channels of a wheel at the nodes in span k and after it."""
     pieces, rates, nodes, wheel = swing.pieces, swing.rates, work.nodes, swing.system
     channels = wheel.channels
     line = tilt = gravity = lean = filled(work.fractions, 0.0)
@@ -342,7 +339,7 @@ def _keep_wheel(
 
 @inlined
 def _keep_hot(hot: HeatPieces, k: int, at: Lanes, times: Lanes, initial: bool, work: Work) -> None:
-    """Keep the machine's numbers at the nodes, from x of span k at each."""
+    """Keep the thermal parameters at the nodes in span k and after it."""
     nodes = work.nodes
     keep(nodes.carried, times, initial, _number(hot, k, 0, at))
     keep(nodes.force, times, initial, _number(hot, k, 1, at))
@@ -355,23 +352,23 @@ def _keep_hot(hot: HeatPieces, k: int, at: Lanes, times: Lanes, initial: bool, w
 
 @inlined
 def arc_sine(x: float) -> float:
-    """Return arcsin x to a thousandth for |x| < 0.6, for predictions."""
+    """Return arcsin x, |x| < 0.6, to a thousandth."""
     square = x * x
     return x * fma(square, fma(square, fma(square, 15 / 336, 3 / 40), 1 / 6), 1.0)
 
 
 AT_ENDS = 1.0 / 3.0 - 2.0 / (math.pi * math.pi)
-"""Weight of gravity at the ends of half a swing, in a mean over sin² of its phase."""
+"""Weight of gravity at the ends of half a swing in its mean over sin² of the phase."""
 
 
 @inlined
 def longer_by_gravity(
     swing: FreeHalfSwing, free: FreeState, middle: Inputs, then: Inputs
 ) -> float:
-    """Return the factor by which half a swing lasts longer than in the gravity at rest.
+    """Return the duration of half a swing over its duration in gravity at rest.
 
-    Gravity is weighted as the square of the swing, largest at the turning point, up to squares of
-    time; `middle` and `then` are its middle and its end.
+    Gravity, a parabola in time through the ends and the `middle`, is weighted with the square of
+    the swing. `then` is the end of the half swing.
     """
     ends = 0.5 * (free.gravity + then.gravity) - middle.gravity
     # (1 + more)^(−1/2)
@@ -381,9 +378,9 @@ def longer_by_gravity(
 
 @inlined
 def _predicted(run: SteppedRun, swing: FreeHalfSwing, free: FreeState, usual_s: float) -> float:
-    """Return the time to the next impulse [s], on a harmonic swing about its centre.
+    """Return the time to the next impulse [s] on a harmonic swing about its centre.
 
-    The neutral line, as it turns in the middle of the half swing, shifts the centre.
+    The acceleration of the neutral line in the middle of the half swing shifts the centre.
     """
     wheel, plane, way = swing.system, run.state.planes[0], -float(run.state.direction)
     k, x = span_at(swing, usual_s)
@@ -397,7 +394,7 @@ def _predicted(run: SteppedRun, swing: FreeHalfSwing, free: FreeState, usual_s: 
         -way * q * per_size,
         (wheel.impulse - way * (then.tilt.value - shift)) * per_size,
     )
-    # near the middle of the swing gravity hardly changes the time
+    # gravity hardly changes the time near the middle of the swing
     correction = (arc_sine(until) - arc_sine(since)) * (usual_s / math.pi)
     if wheel.channels.gravity is not None:
         return usual_s * longer_by_gravity(swing, free, middle, then) + correction
@@ -424,7 +421,7 @@ class WheelInstant(NamedTuple):
 
 @inlined
 def moving(wheel: Wheel, mode: Mode, omega: Omega, plane: Plane, at: Inputs) -> WheelInstant:
-    """Return the wheel at an instant; along the arc by its polynomials, without a division."""
+    """Return the wheel at an instant, along the arc by its polynomials, without a division."""
     if wheel.shape is None:
         now = wheel.instant(mode, omega, (plane,), at)
         drift = wheel.drift(mode, omega, at, now)[0]
@@ -459,16 +456,13 @@ def moving(wheel: Wheel, mode: Mode, omega: Omega, plane: Plane, at: Inputs) -> 
 
 @inlined
 def late_for_impulse(wheel: Wheel, way: float, now: WheelInstant, omega: Omega) -> float:
-    """Return the time to the impulse [s], a short one."""
+    """Return the short time to the impulse [s]."""
     return time_until(wheel.impulse - way * now.angle, way, now.rate, now.bend, omega)
 
 
 @inlined
 def time_until(angle: float, way: float, rate: float, bend: float, omega: Omega) -> float:
-    """Return the time in which an angle moves on its way, to the third order.
-
-    Its rate [rad/s] changes by `bend` [rad/s2]; see `events.back_to`.
-    """
+    """Return the time of a small rotation [s], to the third order, as `events.back_to`."""
     per_rate = 1.0 / rate
     late = way * angle * per_rate
     turned, phase = late * bend * per_rate, omega[0] * late
@@ -486,9 +480,9 @@ def given_by_impulse(
     late: float,
     count: int,
 ) -> float:
-    """Return what an impulse adds to Y, a short time after an instant.
+    """Return the change of Y by an impulse a short time after an instant.
 
-    It is `Wheel.strike` with ϑ, γ̇ and τ̇ carried on by their derivatives.
+    As `Wheel.strike`, with ϑ, γ̇ and τ̇ extrapolated by their derivatives.
     """
     per_inertia, line, tilt = wheel_now(wheel, at).per_inertia, at.drive, at.tilt
     if per_inertia.impulse is None:
@@ -504,13 +498,13 @@ def given_by_impulse(
     arc = on_arc(wheel.shape, splat(goal.x))
     n, kq = lane(arc.n, 0), wheel.shape.k * lane(arc.angle, 0)
     rate = n * (w - line_rate * n) + tilt_rate
-    # the mass is 1/n², and what ṡ gains is 1/n = n (1 + k²ϑ²) of what ϑ̇ does
+    # the mass is 1/n², and ṡ changes by 1/n = n (1 + k²ϑ²) times the change of ϑ̇
     return kick(energy * (n * n), rate, way) * (n * (1.0 + kq * kq)) * per_omega
 
 
 @inlined
 def _fill_rotations(omega: Omega, h: float, work: Work) -> None:
-    """Fill the rotations to the nodes: by πξ from a table, and by (ωh − π)ξ in few terms."""
+    """Fill the rotations to the nodes: by πξ from a table, and by (ωh − π)ξ in a short series."""
     nodes = work.nodes
     angle = row_of(work.fractions) * (omega[0] * h - math.pi)
     square = angle * angle
@@ -521,13 +515,13 @@ def _fill_rotations(omega: Omega, h: float, work: Work) -> None:
     cosine_0, sine_0 = row_of(nodes.half_cosine), row_of(nodes.half_sine)
     store(work.cosine, PART_STEP, cosine_0 - fma(sine_0, sine, cosine_0 * versine))
     store(work.sine, PART_STEP, sine_0 + fma(cosine_0, sine, -(sine_0 * versine)))
-    # these rows are not those of a step that `gauss_step` has made
+    # mark the rows as unusable for `gauss_step.fill_rotations`
     work.rotations[PART_STEP].h = math.nan
 
 
 @inlined
 def _turn(run: SteppedRun, time: float) -> tuple[float, float]:
-    """Return cos and sin of the rotation over a time, near half a turn without a kink."""
+    """Return cos and sin of the rotation over a time. Without a kink it is nearly half a turn."""
     if run.system.kinked:
         return rotation(run.omega[0] * time)
     return _half_turn(run.omega[0] * time)
@@ -545,7 +539,7 @@ def _half_turn(angle: float) -> tuple[float, float]:
 
 
 class StepEnd(NamedTuple):
-    """The end of a step: U and V, and the rotation to X and Y."""
+    """U and V at the end of a step, and the rotation to X and Y."""
 
     u: float
     v: float
@@ -572,9 +566,9 @@ def end_of(run: SteppedRun, h: float) -> StepEnd:
 
 @inlined
 def end_later(run: SteppedRun, h: float, late: float, end: StepEnd, drift: Plane) -> Plane:
-    """Return the state a short time after the end of a step.
+    """Return the state a short time `late` [s] after the end of a step.
 
-    The slopes there are those of the state, and change as the polynomial of the step does.
+    The slopes follow from the state at the end, and their derivatives from the step's polynomial.
     """
     work, nodes, w = run.work, run.work.nodes, run.omega[0]
     eta, plane = late / h, end.plane
@@ -590,7 +584,7 @@ def end_later(run: SteppedRun, h: float, late: float, end: StepEnd, drift: Plane
 
 @inlined
 def late_for_kink(way: float, now: WheelInstant, omega: Omega) -> float:
-    """Return the time to the kink of a cam [s], a short one."""
+    """Return the short time to the kink of a cam [s]."""
     return time_until(-way * now.coordinate, way, now.speed, now.acceleration, omega)
 
 
@@ -607,16 +601,22 @@ def event_after(
     free_end: FreeEnd,
     struck: bool = True,
 ) -> tuple[float, float, Inputs, WheelInstant, Plane]:
-    """Return an impulse, or the kink, a short time `late` [s] after the end of a step of length h.
+    """Return the place and the state of an impulse or the kink shortly after the end of a step.
 
-    `at` and `now` are forcing and motion at that end. Returned are the time as looked at again,
-    how much of it is after the instant last looked at, forcing and motion at that, and the state
-    at the event.
+    Args:
+        h: length of the step [s].
+        late: estimated time from its end to the event [s].
+        end, at, now: state, forcing and motion at the end of the step.
+        struck: whether the event is an impulse.
+
+    Returns:
+        The time from the end of the step to the event, the time to it from the last evaluated
+        instant, forcing and motion at that instant, and the state at the event.
     """
     wheel, omega = swing.system, run.omega
     drift, since = now.drift, late
     if omega[0] * abs(late) > free_end.close:
-        # look again from where the event was expected
+        # evaluate once more at the expected event
         goal = end_later(run, h, late, end, drift)
         k, x = span_at(swing, h + late)
         at = ship_at(swing, k, x)
@@ -641,7 +641,7 @@ def holds(run: SteppedRun, swing: FreeHalfSwing, mode: Mode, error: float, h: fl
     if not wheel.clear(swing.square, omega, work):
         return False
     if wheel.has_weight:
-        # by rough bounds alone, since the row of γ̈ is a bound
+        # rough bounds only, since the row of γ̈ is a bound
         return surely_within(wheel_at_nodes(wheel, work), mode, omega, work)
     exits = wheel.exits(mode, omega, work)
     return exits.is_within and exits.edge > 1.0 and exits.slack > 1.0
@@ -649,11 +649,10 @@ def holds(run: SteppedRun, swing: FreeHalfSwing, mode: Mode, error: float, h: fl
 
 @inlined
 def settle(step: Step, sweeps: int, floor: float, has_stages: bool) -> bool:
-    """Sweep the stages `sweeps` times and until they have settled; return whether so.
+    """Sweep the stages at least `sweeps` times and return whether they have settled to `floor`.
 
-    As `gauss_step.sweep`, which looks at the changes from the first sweep on; a single sweep is
-    not looked at. Where it `has_stages`, of a step of about this length, the first sweep
-    takes them.
+    As `gauss_step.sweep`, but changes are compared only from sweep `sweeps` on. If it `has_stages`
+    of a step of about this length, the first sweep uses their slopes.
     """
     work = step.work
     old_change = change = math.inf
@@ -681,9 +680,9 @@ def settle(step: Step, sweeps: int, floor: float, has_stages: bool) -> bool:
 def to_impulse(
     run: SteppedRun, swing: FreeHalfSwing, free: FreeState, free_end: FreeEnd
 ) -> tuple[int, float]:
-    """Step to the next impulse and let it act, or leave all as it is.
+    """Step to the next impulse and apply it (HOLDS), or leave the state unchanged (MISSES).
 
-    Returns HOLDS or MISSES, and the length of the step [s].
+    Returns the code and the length of the step [s].
     """
     wheel, omega, state, work = swing.system, run.omega, run.state, run.work
     way, plane, usual_s = -float(state.direction), state.planes[0], free_end.usual_s
@@ -694,7 +693,7 @@ def to_impulse(
             return MISSES, 0.0
         fill_from_spans(swing, h, work)
         _fill_rotations(omega, h, work)
-        # before the sweeps, beside which it is computed
+        # before the sweeps, in parallel with which it is computed
         k, x = span_at(swing, h)
         at = ship_at(swing, k, x)
         if n == 0:
@@ -728,32 +727,28 @@ def to_impulse(
 
 
 # -----------------------------------------------------------------------------
-# Free-end steps of Sully's lever and of the swinging thread: from impulse to impulse.
+# Event-to-event steps of Sully's lever and of the swinging thread: from impulse to impulse.
 #
-# The length of a step is predicted from the ship's motion in its middle, and by how much the last
-# half swing the same way was longer than predicted. It is corrected before the last two sweeps of
-# the stages, since few predictions are near. `free_end` has the whole.
+# The length of a step is predicted from the ship's motion in its middle, and from the error of the
+# prediction for the last half swing in the same direction. Few predictions are near, so the length
+# is corrected before the last two sweeps of the stages.
 
 SHORTEST_ON_THREAD, LONGEST_ON_THREAD = 0.6, 1.5
-"""Least and greatest length of a half swing, over that on land: the sea moves a thread more."""
+"""The same lengths for a real thread, which the sea moves more."""
 
 LIKELY = 0.7, 1.3
-"""Least and greatest length of a half swing with which the first sweeps are made, over that on
-land."""
+"""Range of the length for the first sweeps, over half a swing on land."""
 
 LATER_SWEEPS = 2
-"""Least sweeps after the length of a step was corrected, or corrected again: only two show whether
-the stages settle. All others are made before.
-"""
+"""Least sweeps after each correction of the length: two show whether the stages settle."""
 
 
 @inlined
 def time_to_impulse(run: SteppedRun, swing: FreeHalfSwing, usual_s: float) -> float:
-    """Return about the time to the next impulse [s].
+    """Return the approximate time to the next impulse [s].
 
-    The swing is taken as harmonic about its centre, as in `ThreadSystem.ahead_s`. Gravity and what
-    shifts the centre are those in the middle of the half swing: of what changes evenly that is the
-    mean. No library is called, since arc tangents take as long as a sweep of the stages.
+    On a harmonic swing about its centre, as in `ThreadSystem.ahead_s`, with gravity and the shift
+    of the centre in the middle of the half swing. An arc tangent would cost as much as a sweep.
     """
     system, state = swing.system, run.state
     way = -float(state.direction)
@@ -772,14 +767,14 @@ def time_to_impulse(run: SteppedRun, swing: FreeHalfSwing, usual_s: float) -> fl
 
 @inlined
 def lasting(run: SteppedRun, free: FreeState) -> float:
-    """Return the factor by which the last half swing this way was longer than expected."""
+    """Return the duration of the last half swing in this direction over its prediction."""
     factor = free.forth if run.state.direction > 0 else free.back
     return factor if factor > 0.0 else 1.0
 
 
 @inlined
 def _ends(run: SteppedRun, h: float) -> tuple[StepEnd, ...]:
-    """Return the end of the step last collocated, for each plane."""
+    """Return the end of the step last collocated for each plane."""
     work, omega = run.work, run.omega
     weights = row_of(work.quadrature)
     ends: tuple[StepEnd, ...] = ()
@@ -804,10 +799,7 @@ def _planes_at(run: SteppedRun, ends: tuple[StepEnd, ...]) -> tuple[Plane, ...]:
 def _planes_later(
     run: SteppedRun, h: float, late: float, ends: tuple[StepEnd, ...], drift: tuple[Plane, ...]
 ) -> tuple[Plane, ...]:
-    """Return X and Y of each plane a short time after the end of a step.
-
-    The slopes there are those of the state, and change as the polynomial of the step does.
-    """
+    """Return X and Y of each plane a short time after the end of a step, as `end_later`."""
     work, nodes, omega, eta = run.work, run.work.nodes, run.omega, late / h
     weights = fma(row_of(nodes.third), eta, row_of(nodes.second))
     weights = fma(weights, eta, row_of(nodes.first)) * (eta * eta * h)
@@ -829,7 +821,7 @@ def _planes_later(
 
 @inlined
 def _moved_on(now: Instant, late: float, pace: float) -> Instant:
-    """Return what an impulse asks for a short time after an instant, as of a harmonic swing."""
+    """Return the fields that `strike` needs a short time after an instant of a harmonic swing."""
     reduction = 0.5 * (pace * late) * (pace * late)
     return Instant(
         angle=now.angle,
@@ -868,9 +860,9 @@ def holds_on_thread(
 def to_impulse_on_thread(
     run: SteppedRun, swing: FreeHalfSwing, free: FreeState, free_end: FreeEnd
 ) -> tuple[int, float]:
-    """Step to the next impulse and let it act, or leave all as it is.
+    """Step to the next impulse and apply it (HOLDS), or leave the state unchanged (MISSES).
 
-    Returns HOLDS or MISSES, and the length of the step [s].
+    Returns the code and the length of the step [s].
     """
     system, omega, state, work = swing.system, run.omega, run.state, run.work
     way, usual_s, pace = -float(state.direction), free_end.usual_s, system.pace

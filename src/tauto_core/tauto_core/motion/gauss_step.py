@@ -1,12 +1,9 @@
 """A step by Gauss–Legendre collocation in a rotating (Lawson) frame.
 
-In order: the method's coefficients, the workspace, rotations, the stage equations, Newton's method
-where their iteration does not converge, and the step with its error, end and interior.
-
-Eight stages make the method symmetric, symplectic and of order 16 in the length of the step,
-sixteen of order 32. The error falls with the strength of the disturbance, too: undisturbed motion
-is exact. The state is kept in twofold numbers and rotated in twofold precision, so
-that rounding errors of n steps grow like √n. The equations stand above `fill_rotations`.
+The method is symmetric and symplectic, of order 16 with eight stages and 32 with sixteen. The
+error falls with the strength of the disturbance, and undisturbed motion is exact. State and
+rotations have twofold precision, and the rounding errors of n steps grow like √n. A comment above
+`fill_rotations` has the equations.
 
 Source: M. Antoñana, J. Makazaga, A. Murua, Reducing and monitoring round-off error propagation for
 symplectic implicit Runge–Kutta schemes, Numer. Algorithms 76 (2017).
@@ -44,10 +41,10 @@ from tauto_core.motion.lanes import (
 from tauto_core.samples import FloatArray
 
 # -----------------------------------------------------------------------------
-# Gauss–Legendre collocation with s stages on [0, 1]: order 2s, symmetric, symplectic.
+# Gauss–Legendre collocation with s stages on [0, 1].
 #
 # The stage derivatives f(c_j) determine a polynomial of degree s − 1, in Legendre polynomials of
-# t = 2x − 1 and as its integral in powers of t, whose coefficients stay smaller than those of x:
+# t = 2x − 1, and its integral, in powers of t (with smaller coefficients than in powers of x):
 #
 #     f(x) = Σ_n F_n P_n(t),         F = projection · (f(c_1) … f(c_s)),
 #     ∫_0^x f = x · Σ_n G_n t^n,     G = integral · (f(c_1) … f(c_s)).
@@ -67,7 +64,7 @@ class Gauss(NamedTuple):
         integral: the matrix from values at the nodes to the powers G_n, (s, s).
         folded: `columns` by sums and differences over mirrored nodes j′ = s + 1 − j, for even s
             and h = s/2, (h + 1, s). Row j ≤ h is p_1j … p_hj q_1j … q_hj, with
-            p_ij = (a_ij + a_ij′ − b_j)/2 and q_ij = (a_ij − a_ij′)/2; the last one is
+            p_ij = (a_ij + a_ij′ − b_j)/2 and q_ij = (a_ij − a_ij′)/2. The last row is
             b_1/2 … b_h/2, twice (`lanes.folded_both`).
     """
 
@@ -83,9 +80,8 @@ class Gauss(NamedTuple):
 def gauss_constants(stages: int) -> Gauss:
     """Return the constants of a method of 8 or 16 stages, each correctly rounded.
 
-    They are read from a table, since 50 digits were needed to compute them. The table holds the
-    rows of all fields of `Gauss` in their order, and is made and checked by `gauss_derivation` of
-    the tests.
+    They come from a table, since computing them takes 50 digits. The table has the rows of all
+    fields of `Gauss` in order. `gauss_derivation` of the tests makes and checks it.
     """
     lines = Path(__file__).with_name('gauss_coefficients.txt').read_text('ascii').splitlines()
     rows = np.array([line.split() for line in lines if line.count(' ') == stages - 1], np.float64)
@@ -95,7 +91,7 @@ def gauss_constants(stages: int) -> Gauss:
 
 
 # -----------------------------------------------------------------------------
-# The workspace of the steps: one record of named rows, made once, so that no kernel allocates.
+# The workspace of the steps: one record of named rows, allocated once.
 
 MOST_POWERS = 24
 """Most powers of the polynomials of the forcing."""
@@ -103,11 +99,11 @@ MOST_POWERS = 24
 PLANE = np.dtype([(name, 'f8') for name in ('x', 'x_rest', 'y', 'y_rest')])
 ROTATION = np.dtype([(name, 'f8') for name in ('h', 'cos', 'cos_rest', 'sin', 'sin_rest')])
 WHOLE_STEP, PART_STEP = 0, 1
-"""Tables of rotations: of steps that are laid out, mostly alike, and of steps of any length."""
+"""Tables of rotations: for laid-out steps, mostly of one length, and for steps of any length."""
 
 
 class PlaneState(Protocol):
-    """X and Y of a rotating plane (stages), and the rounding error of each."""
+    """X and Y of a rotating plane, and the rounding error of each."""
 
     x: float
     x_rest: float
@@ -125,9 +121,9 @@ class Mode(NamedTuple):
     """The signs, 1 or −1, that are constant between two events.
 
     Attributes:
-        side: sign of the coordinate on that side of a kinked cam whose law is felt.
+        side: sign of the coordinate on the acting side of a kinked cam.
         direction: d, the sign of θ̇.
-        pallet: s, the sign of θ̇ at the last impulse; recoil pushes against it.
+        pallet: s, the sign of θ̇ at the last impulse. Recoil pushes against it.
     """
 
     side: float
@@ -136,7 +132,7 @@ class Mode(NamedTuple):
 
 
 class PlaneRotation(Protocol):
-    """The rotation of a plane over a step: its length h [s], then cos ωh and sin ωh, twofold."""
+    """The rotation of a plane over a step of length h [s]: cos ωh and sin ωh, twofold."""
 
     h: float
     cos: float
@@ -146,24 +142,25 @@ class PlaneRotation(Protocol):
 
 
 class Work(Protocol):
-    """The record in compiled code; a row has a number for each stage, where nothing else is said.
+    """The workspace record in compiled code. A row has one number per stage unless noted.
 
     Attributes:
-        coefficients: a_ij of stage i in row j (gauss_constants).
-        folded: the same folded (`Gauss.folded`), then two rows to work in for each plane.
-        expansion: row j: powers of the integral of the polynomial that is 1 at stage j alone.
+        coefficients: row j has a_ij of all stages i (`Gauss.columns`).
+        folded: `Gauss.folded`, then two scratch rows for each plane.
+        expansion: row j has the powers of `Gauss.integral` for stage j.
         quadrature, fractions, tail: weights and nodes of the quadrature, and the weights of the
             last Legendre coefficient.
-        piece: the polynomials of the ship's motion, a power of x in each row of eight (`system`);
-            of sixteen where heat changes the machine, whose numbers stand in the other half.
-        u, v, k1, k2, x, y, d1, d2: those of the stages, a row for each plane; k1 and k2 are
-            the slopes of u and v, d1 and d2 stay zero unless a system writes them.
+        piece: the polynomials of the ship's motion (`system`), a power of x in each row of 8, or
+            of 16 if heat changes the machine.
+        u, v, x, y: U, V, X and Y at the stages, a row for each plane.
+        d1, d2: the disturbances, a row for each plane. They are zero until a system writes them.
+        k1, k2: U̇ and V̇, a row for each plane.
         f1, f2: integrals of k1 and k2 over the fraction of the step, in powers.
-        cosine, sine: of ωt at the stages, a row for each plane: of WHOLE_STEP, then of PART_STEP.
+        cosine, sine: of ωt at the stages, a row for each plane of WHOLE_STEP, then of PART_STEP.
         slopes: slopes in Newton's method, a row for each U, then for each V.
-        nodes: a record of rows of the system's own.
+        nodes: a record of the system's rows.
         end: X and Y of each plane at the end of a step.
-        rotations: over a step, one for each plane: of WHOLE_STEP, then of PART_STEP.
+        rotations: over a step, for each plane of WHOLE_STEP, then of PART_STEP.
         matrix, right: the linear equations of Newton's method.
     """
 
@@ -197,9 +194,9 @@ class Work(Protocol):
 def make_work(
     planes: int, nodes: Sequence[str], stages: int = SIZE, columns: int = SIZE
 ) -> NDArray[np.void]:
-    """Return the record of a system of so many planes, with its own rows at the nodes.
+    """Return the workspace of a system with `planes` rotating planes and the rows `nodes`.
 
-    Rows begin at cache lines: one that lies across two costs twice the time.
+    Rows are aligned to cache lines. A row across two lines costs twice the time.
     """
     unknowns = 2 * planes * stages
     rows = {
@@ -235,7 +232,7 @@ def make_work(
 
 
 def rows_of_eight(count: int) -> FloatArray:
-    """Return rows of eight zeros that begin at cache lines, (count, 8)."""
+    """Return rows of eight zeros, aligned to cache lines, (count, 8)."""
     raw = np.zeros(SIZE * (count + 1))
     offset = -(raw.ctypes.data // raw.itemsize) % SIZE
     return raw[offset : offset + SIZE * count].reshape(count, SIZE)
@@ -245,14 +242,14 @@ def rows_of_eight(count: int) -> FloatArray:
 # Rotations by ωh: to the stages of a step in double, over the step in twofold precision.
 #
 # A twofold number is an unevaluated sum of two doubles, some 106 bits. A rotation matrix rounded
-# to doubles would rotate a little too far, or stretch, by the same amount each step, and the
-# error of n steps would grow like n, instead of √n. Source: T. J. Dekker, A floating-point
-# technique for extending the available precision, Numer. Math. 18 (1971).
+# to doubles has the same error of angle and length in each step. The error of n steps would grow
+# like n instead of √n. Source: T. J. Dekker, A floating-point technique for extending the
+# available precision, Numer. Math. 18 (1971).
 
 # Terms of the twofold series: at an eighth of MAX_ANGLE the next one is below 1e-31.
 _TERMS = 14
 
-# Times that an angle is halved before its series, and the result doubled after it.
+# Halvings of the angle before its series, and doublings of the result after it.
 _HALVINGS = 3
 
 _SINE = (1.0, -1 / 6, 1 / 120, -1 / 5040, 1 / 362880, -1 / 39916800, 1 / 6227020800)
@@ -264,12 +261,12 @@ COSINE = _COSINE + _COSINE_REST
 """Taylor's coefficients of sin(x)/x and (1 − cos x)/x² in powers of x²."""
 
 MAX_ANGLE = 6.5
-"""Largest ωh of a rotation: twice the range of the series; the first term left out is 6e-16."""
+"""Largest ωh of a rotation: twice the range of the series, which truncate at 6e-16."""
 
 
 @inlined
 def sum_exactly(a: float, b: float) -> tuple[float, float]:
-    """Return a + b as rounded, and its rounding error."""
+    """Return a + b rounded, and its rounding error."""
     high = a + b
     part = high - a
     return high, (a - (high - part)) + (b - part)
@@ -277,7 +274,7 @@ def sum_exactly(a: float, b: float) -> tuple[float, float]:
 
 @inlined
 def multiply_exactly(a: float, b: float) -> tuple[float, float]:
-    """Return a·b as rounded, and its rounding error."""
+    """Return a·b rounded, and its rounding error."""
     high = a * b
     return high, fma(a, b, -high)
 
@@ -330,7 +327,7 @@ def twofold_rotation(rate: float, time: float) -> Any:
 
 @inlined
 def _series(c: Any, x: Any) -> Any:
-    """Return Σ c_n x^n of ten terms by Estrin's scheme: few operations wait for others."""
+    """Return Σ c_n x^n of ten terms by Estrin's scheme, in a short chain of operations."""
     square = x * x
     fourth = square * square
     low = fma(fma(x, c[3], c[2]), square, fma(x, c[1], c[0]))
@@ -342,7 +339,7 @@ def _series(c: Any, x: Any) -> Any:
 def sine_versine(angle: Any) -> Any:
     """Return sin and 1 − cos of lanes or a float, |angle| ≤ π, with errors of 5e-16 and 2e-15.
 
-    Taylor's series at half the angle, and the formulas of the double angle.
+    Taylor's series at half the angle, and the double-angle formulas.
     """
     half_angle = 0.5 * angle
     square = half_angle * half_angle
@@ -361,7 +358,7 @@ def rotation(angle: Any) -> Any:
 # -----------------------------------------------------------------------------
 # The stage equations of a step: Gauss collocation in a rotating (Lawson) frame.
 #
-# A system consists of rotating planes (modes). Each is a harmonic oscillator with a disturbance:
+# A system consists of rotating planes (modes), harmonic oscillators with a disturbance:
 #
 #     Ẋ = ωY + d₁,    Ẏ = −ωX + d₂          (X a coordinate, ωY nearly its rate)
 #
@@ -369,7 +366,7 @@ def rotation(angle: Any) -> Any:
 #
 #     X = cU + sV,    Y = cV − sU,    c = cos ω(t − t₀),    s = sin ω(t − t₀),
 #
-# the undisturbed motion stands still, and only the disturbance is left to integrate:
+# the undisturbed motion is at rest, and only the disturbance is integrated:
 #
 #     U̇ = c d₁ − s d₂,    V̇ = s d₁ + c d₂.
 #
@@ -377,10 +374,9 @@ def rotation(angle: Any) -> Any:
 #
 #     U_i = U₀ + h Σ_j a_ij U̇_j,            V_i likewise.
 #
-# They are solved by fixed-point iteration, whose rate of convergence is h times the strength of
-# the disturbance, or by Newton's method (`newton`) where that is too large. What disturbs
-# is said by `System.disturb`: it reads the rows x and y of the record `work` and writes d1 and
-# d2.
+# Fixed-point iteration solves them. Its rate of convergence is h times the strength of the
+# disturbance. If that is too large, Newton's method does (`newton`). `System.disturb` computes the
+# rows d1 and d2 of `work` from its rows x and y.
 #
 # Source: J. D. Lawson, Generalized Runge–Kutta processes for stable systems with large Lipschitz
 # constants, SIAM J. Numer. Anal. 4 (1967).
@@ -389,14 +385,14 @@ UNIT_ROUNDOFF = 2.0**-53
 """Largest relative error of one rounding."""
 
 LEAST_SETTLED = 0.25 * UNIT_ROUNDOFF
-"""Smallest share of the state to which iterating the stages makes sense."""
+"""Least useful error of the stages, relative to the state."""
 
 MAX_SWEEPS = 60
-"""Most sweeps: an iteration that halves its error each time has reached rounding before."""
+"""Most sweeps. An iteration that halves its error each time reaches rounding before."""
 
 
 class Disturbed(Protocol):
-    """A system, as far as a step knows it."""
+    """A system as a step uses it."""
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill the rows d1 and d2 from x and y."""
@@ -409,9 +405,9 @@ class Step(NamedTuple):
         system: the system that disturbs the planes.
         mode: passed to its `disturb`.
         omega: ω of each plane [rad/s].
-        h: length [s], |ωh| ≤ `gauss_step.MAX_ANGLE`.
-        kind: WHOLE_STEP or PART_STEP: which of the tables of rotations it uses.
-        planes: X₀ = U₀ and Y₀ = V₀ of each plane, at the beginning.
+        h: length [s], |ωh| ≤ MAX_ANGLE.
+        kind: its table of rotations, WHOLE_STEP or PART_STEP.
+        planes: X₀ = U₀ and Y₀ = V₀ of each plane at the beginning.
         work: from `make_work`.
     """
 
@@ -428,9 +424,9 @@ class Step(NamedTuple):
 def fill_rotations(step: Step) -> None:
     """Fill the rotations to the stages and to the end of a step, unless they are there.
 
-    Whole steps are mostly of one length, whose angle must be exact, since its error would recur in
-    each. Steps to events have different lengths, so that the rounding of their angles varies:
-    doubles are enough for them, corrected so that they neither stretch nor shrink the state.
+    Whole steps mostly have one length. Its angle is twofold, since its error would recur in each.
+    In steps to events the rounding of the angles varies. Doubles are enough for them, with a
+    correction that keeps the length of the state.
     """
     _, _, omega, h, kind, _, work = step
     offset = kind * len(omega)
@@ -448,7 +444,7 @@ def fill_rotations(step: Step) -> None:
             record.sin, record.sin_rest = sine
         else:
             rounded_cosine, rounded_sine = rotation(angle)
-            # half of 1 − cos² − sin² of the rounded numbers, to about one rounding of itself
+            # half of 1 − cos² − sin² of the rounded numbers, to a relative rounding error
             first_square, first_rest = multiply_exactly(rounded_cosine, rounded_cosine)
             second_square, second_rest = multiply_exactly(rounded_sine, rounded_sine)
             square, low = sum_exactly(first_square, second_square)
@@ -477,7 +473,7 @@ def evaluate(step: Step) -> None:
 
 @inlined
 def _move_stages(step: Step) -> float:
-    """Move the stages to where their slopes lead; return the largest change of a stage."""
+    """Compute the stages from their slopes and return the largest change of a stage."""
     _, _, omega, h, _, planes, work = step
     change = filled(work.u, 0.0)
     for p in range(len(omega)):
@@ -505,7 +501,7 @@ def largest_stage(omega: Omega, work: Work) -> float:
 
 @inlined
 def start_stages(step: Step) -> None:
-    """Let all stages be the state at the beginning of the step."""
+    """Set all stages to the state at the beginning of the step."""
     _, _, omega, _, _, planes, work = step
     for p in range(len(omega)):
         store(work.u, p, filled(work.u, planes[p].x))
@@ -516,14 +512,14 @@ def start_stages(step: Step) -> None:
 def sweep(step: Step, settled: float, most_sweeps: int) -> tuple[bool, float]:
     """Sweep until the stages have settled; return whether they have, and their size.
 
-    A sweep evaluates the slopes and moves the stages. If Δ and Δ′ are the changes of the last
-    sweep and the one before, the rate of convergence is Δ/Δ′, and Δ²/(Δ′ − Δ) is still to come:
-    the stages have settled when that is at most `settled` times their size. If Δ does not fall any
-    more, only rounding may be left, for which 64 roundings are allowed. The slopes are evaluated
-    once more at the last stages, which keeps the error of the iteration from adding up.
+    A sweep evaluates the slopes and moves the stages. With the changes Δ of the last sweep and Δ′
+    of the one before, the rate of convergence is Δ/Δ′ and the remaining error Δ²/(Δ′ − Δ). The
+    stages have settled when it is at most `settled` times their size, or when Δ stops falling
+    within 64 roundings. A last evaluation of the slopes keeps the errors of the iteration from
+    adding up.
 
-    At most `most_sweeps` sweeps are made; with 0 the slopes are evaluated and nothing else. All
-    evaluations are made here, so that the disturbance is compiled once.
+    With `most_sweeps` = 0 only the slopes are evaluated. All callers evaluate them here, and the
+    disturbance is compiled once.
     """
     change_before, size, floor = math.inf, 0.0, 0.0
     settles, ends = False, False
@@ -538,22 +534,21 @@ def sweep(step: Step, settled: float, most_sweeps: int) -> tuple[bool, float]:
         if change <= floor or (n > 0 and change * change <= floor * (change_before - change)):
             settles = ends = True
         elif not change < change_before and n > 0:
-            # no change is smaller than the rounding of the sums over the stages; what ceases to
-            # fall above that diverges
+            # a change that stops falling above the rounding of the sums over the stages diverges
             settles, ends = change <= 64.0 * UNIT_ROUNDOFF * size, True
         change_before = change
     return settles, size
 
 
 # -----------------------------------------------------------------------------
-# Newton's method for the stage equations, where the fixed-point iteration does not converge.
+# Newton's method for the stage equations, if the fixed-point iteration does not converge.
 #
 # The unknowns are U_i and V_i of all planes and stages, the equations
 #
 #     U_i − U₀ − h Σ_j a_ij U̇_j = 0,            V_i likewise.
 #
-# The slopes at a stage depend on the unknowns at that stage alone, so that one central difference
-# for each of U and V of each plane gives the whole matrix I − h A ∂(U̇, V̇)/∂(U, V).
+# The slopes at a stage depend only on the unknowns at that stage. One central difference for each
+# of U and V of each plane therefore gives the whole matrix I − h A ∂(U̇, V̇)/∂(U, V).
 
 MAX_ITERATIONS = 12
 
@@ -562,7 +557,7 @@ MAX_ITERATIONS = 12
 def _rows_of(
     r: int, omega: Omega, u_rows: FloatArray, second: FloatArray
 ) -> tuple[FloatArray, int]:
-    """Return the array and the row of unknown r: U of each plane come first, then V of each."""
+    """Return the array and the row of unknown r: first U of each plane, then V of each."""
     return (u_rows, r) if r < len(omega) else (second, r - len(omega))
 
 
@@ -582,7 +577,7 @@ def _fill_matrix(step: Step) -> None:
     for column in range(unknowns):
         rows, p = _rows_of(column, omega, work.u, work.v)
         base = row_of(rows, p)
-        # near the cube root of a rounding, at which truncation and rounding err alike
+        # near the cube root of a rounding, which balances truncation and rounding
         away = 1e-6 * (largest(base) + 1e-9)
         store(rows, p, base + away)
         sweep(step, 0.0, 0)
@@ -603,7 +598,7 @@ def _fill_matrix(step: Step) -> None:
 
 @compiled
 def _eliminate(n: int, matrix: FloatArray, right: FloatArray) -> float:
-    """Solve matrix · x = right in place, with pivots; return the largest |x|, NaN if singular."""
+    """Solve matrix · x = right in place, with pivots; return the largest |x| or NaN (singular)."""
     for c in range(n):
         pivot = c
         for r in range(c + 1, n):
@@ -633,7 +628,7 @@ def newton(step: Step) -> tuple[bool, float]:
     """Solve the stage equations; return whether the method converges, and the stages' size.
 
     It has converged when a correction is within four roundings, or within 256 and no smaller than
-    the one before. A correction four times the one before ends it: it diverges.
+    the one before. It diverges when a correction is four times the one before.
     """
     _, _, omega, h, _, planes, work = step
     unknowns, stages, right = 2 * len(omega), width(work.u), work.right
@@ -661,7 +656,7 @@ def newton(step: Step) -> tuple[bool, float]:
         if change <= floor or (not change < change_before and change <= 64.0 * floor):
             sweep(step, 0.0, 0)
             return True, size
-        # far from the solution a change may be larger than the one before, but not so much
+        # far from the solution a change may grow, but not so much
         if not change < 4.0 * change_before:
             return False, size
         change_before = change
@@ -675,8 +670,8 @@ Twofold: TypeAlias = tuple[float, float]
 def collocate(step: Step, settled: float) -> tuple[float, bool]:
     """Solve the stage equations to an error `settled`, relative to the state, ≥ `LEAST_SETTLED`.
 
-    Returns the last Legendre coefficient of the slopes times h, relative to the state – infinite
-    without convergence – and whether Newton's method was needed.
+    Returns the last Legendre coefficient of the slopes times h, relative to the state (infinite
+    without convergence), and whether Newton's method was needed.
     """
     _, _, omega, h, _, _, work = step
     fill_rotations(step)
@@ -740,7 +735,7 @@ def copy_planes(omega: Omega, source: Planes, target: Planes) -> None:
 
 @compiled
 def fill_integrals(omega: Omega, work: Work) -> None:
-    """Fill f1 and f2, the stage polynomials' integrals in powers, which `inside` evaluates."""
+    """Fill f1 and f2, the integrals of the stage polynomials, for `inside`."""
     for p in range(len(omega)):
         store(work.f1, p, combined(work.expansion, 0, row_of(work.k1, p)))
         store(work.f2, p, combined(work.expansion, 0, row_of(work.k2, p)))
@@ -752,7 +747,7 @@ def inside(
 ) -> tuple[float, float]:
     """Return X and Y of plane p at a fraction ξ of the step, from the stage polynomials.
 
-    U = U₀ + hξ Σ_n G_n tⁿ with t = 2ξ − 1 and the powers G_n of `gauss_constants`; V likewise.
+    U = U₀ + hξ Σ_n G_n tⁿ with t = 2ξ − 1 and the powers G_n (`Gauss.integral`), and V likewise.
     """
     stages, t = width(work.f1), 2.0 * xi - 1.0
     offset = p * stages
