@@ -198,12 +198,12 @@ REFUSALS = {
     ),
     'hull --shape sloop --speed 9': (
         'speed = 9.0: ',
-        'must lie in [0, 4.24] m/s for a hull of 29.4 m',
+        'must be in [0, 4.24] m/s for a hull of 29.4 m',
         'Sail slower, or a longer hull',
     ),
     'hull --shape sloop --length 440': (
         'length = 440.0: ',
-        'must lie in [2, 400] m. ',
+        'must be in [2, 400] m. ',
         'did you mean 44?',
     ),
     'hull --shape sloop --roll-damping 8': (

@@ -229,10 +229,10 @@ def test_the_scene_that_the_refusals_spoil_is_accepted() -> None:
         ('ship.recorded.passband', [0.4, 0.02], 'ship.recorded.passband', 'Use [0.02, 0.4]'),
         ('ship.recorded.passband', [0.2, 0.2], 'ship.recorded.passband', 'must rise'),
         ('ship.recorded.passband', [0.02, 10.0], 'ship.recorded.passband', '10 Hz'),
-        ('ship.recorded.scale', 0.0, 'ship.recorded.scale', 'nothing moves'),
+        ('ship.recorded.scale', 0.0, 'ship.recorded.scale', 'stops all motion'),
         ('ship.recorded.topic', 'imu', 'ship.recorded.time_column', 'Leave out topic'),
         ('ship.recorded.roll_column', REMOVED, 'ship.recorded.roll_column', 'for a bag give'),
-        ('ship', {'kind': 'components'}, 'ship.components', 'nothing moves'),
+        ('ship', {'kind': 'components'}, 'ship.components', 'there is no heave either'),
         ('ship', FAST | {'rate': 1.0}, 'ship.components[0].period', 'two steps'),
         ('ship', WAVES | {'heave': []}, 'ship.heave', 'at least 1'),
         ('ship', SEA | {'rate': 1.0, 'sea': CHOP}, 'ship.sea.peak_period', 'two steps'),
@@ -425,7 +425,7 @@ def test_a_wrong_covariate_is_refused_once_with_the_nearest_name() -> None:
 @pytest.mark.parametrize(
     ('change', 'key', 'said'),
     [
-        ({'ship.speed': 20.0}, 'ship.speed', 'the voyage has a speed'),
+        ({'ship.speed': 20.0}, 'ship.speed', 'the voyage gives the speed'),
         ({'ship.hull': {'shape': 'sloop', 'length': 440.0}}, 'ship.hull.length', 'mean 44'),
     ],
 )

@@ -432,9 +432,9 @@ def test_a_file_that_is_no_hull_is_refused(tmp_path, deptford, content, words):
     [
         ({'roll_period': 0.0}, 'roll_period = 0.0: must be above 0 s'),
         ({'roll_period': 2.0}, 'roll_period = 2.0: .*rolls in some 11 s'),
-        ({'roll_damping_ratio': 8.0}, r'roll_damping_ratio = 8.0: must lie in \[0, 1\)'),
-        ({'k_yy': 25.0 * 2}, r'k_yy = 50.0: must lie in \[4.4, 26.4\] m'),
-        ({'k_xx': 0.38}, r'k_xx = 0.38: must lie in \[1.26, 7.56\] m'),
+        ({'roll_damping_ratio': 8.0}, r'roll_damping_ratio = 8.0: must be in \[0, 1\)'),
+        ({'k_yy': 25.0 * 2}, r'k_yy = 50.0: must be in \[4.4, 26.4\] m'),
+        ({'k_xx': 0.38}, r'k_xx = 0.38: must be in \[1.26, 7.56\] m'),
         ({'centre_of_gravity': 30.0}, 'centre_of_gravity = 30.0: puts the centre of gravity'),
         ({'gravity': -9.8}, 'gravity = -9.8: must be above 0 m/s2'),
     ],
@@ -446,7 +446,7 @@ def test_weights_that_no_ship_carries_are_refused(deptford, arguments, words):
 
 
 def test_a_speed_beyond_the_theory_is_refused(ship):
-    with pytest.raises(HullError, match=r'speed = 6.0: must lie in \[0, 5.19\] m/s .*0.25'):
+    with pytest.raises(HullError, match=r'speed = 6.0: must be in \[0, 5.19\] m/s .*0.25'):
         ship.response(np.array([1.0]), 0.0, 6.0)
     with pytest.raises(HullError, match='speed = nan'):
         ship.check_speed(math.nan)
@@ -454,7 +454,7 @@ def test_a_speed_beyond_the_theory_is_refused(ship):
 
 def test_a_clock_outside_the_hull_is_refused(ship):
     for place, words in (
-        (ClockPlace(forward=23.0), r'clock.forward = 23.0: must lie in \[-22, 22\] m'),
+        (ClockPlace(forward=23.0), r'clock.forward = 23.0: must be in \[-22, 22\] m'),
         (ClockPlace(port=-7.0), 'clock.port = -7.0'),
         (ClockPlace(up=-6.0), 'clock.up = -6.0'),
     ):
@@ -470,9 +470,9 @@ def test_an_unknown_shape_names_the_nearest():
 @pytest.mark.parametrize(
     ('sizes', 'words'),
     [
-        ((440.0, 126.0, 50.0), r'length = 440.0: must lie in \[2, 400\] m.*did you mean 44'),
+        ((440.0, 126.0, 50.0), r'length = 440.0: must be in \[2, 400\] m.*did you mean 44'),
         ((44.0, 5.0, 12.6), 'draught = 12.6: must not exceed the beam, 5 m'),
-        ((44.0, 30.0, 5.0), 'beam = 30.0: must lie between a 20th and half'),
+        ((44.0, 30.0, 5.0), 'beam = 30.0: must be between a 20th and half'),
         ((44.0, 12.6, 0.1), 'draught = 0.1: must be at least a 20th'),
         ((math.nan, 12.6, 5.0), 'length = nan: must be a number above 0 m'),
     ],
@@ -485,8 +485,8 @@ def test_sizes_that_no_hull_has_are_refused(sizes, words):
 @pytest.mark.parametrize(
     ('coefficients', 'words'),
     [
-        ((5.9, None), r'block = 5.9: must lie in \[0.3, 0.96\]'),
-        ((0.6, 0.5), r'waterplane = 0.5: must lie in \[0.612, 0.99\]'),
+        ((5.9, None), r'block = 5.9: must be in \[0.3, 0.96\]'),
+        ((0.6, 0.5), r'waterplane = 0.5: must be in \[0.612, 0.99\]'),
     ],
 )
 def test_coefficients_that_no_form_has_are_refused(coefficients, words):

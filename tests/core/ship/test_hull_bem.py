@@ -25,7 +25,7 @@ def test_without_capytaine_the_error_says_how_to_get_it(monkeypatch):
 
 def test_a_form_is_refused_before_capytaine_is_looked_for(monkeypatch):
     monkeypatch.setitem(sys.modules, 'capytaine', None)
-    with pytest.raises(HullError, match=r'length = 440.0: must lie in \[2, 400\] m'):
+    with pytest.raises(HullError, match=r'length = 440.0: must be in \[2, 400\] m'):
         hull_bem.form_mesh(Shape(440.0, 126.0, 50.0, 0.59))
 
 

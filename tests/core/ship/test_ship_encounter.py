@@ -145,7 +145,7 @@ def test_waves_shorter_than_those_of_the_operator_do_not_move_the_ship_and_are_t
         assert motion.unanswered == pytest.approx((share, 0.0), rel=1e-12)
         assert len(motion.roll.period) == np.count_nonzero(~shorter)
         [warning] = ShipMotion(scene).warnings
-        assert f'{100.0 * share:.2g} % of the energy of the waves lies beyond' in warning
+        assert f'{100.0 * share:.2g} % of the energy of the waves is above' in warning
         assert 'taken not to move the ship' in warning
     assert ShipMotion(load_scene('ideal', ship=ship(), duration=60.0)).warnings == ()
 

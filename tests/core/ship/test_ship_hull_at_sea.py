@@ -179,7 +179,7 @@ def test_a_hull_puts_the_end_of_the_sea_where_she_no_longer_moves(scene: Any) ->
         (
             {'ship.hull': {'shape': 'deptford', 'centre_of_gravity': 30.0}},
             'ship.hull.centre_of_gravity',
-            r'must lie in \[-11\.3, 12\.6\] m',
+            r'must be in \[-11\.3, 12\.6\] m',
         ),
         (
             {'ship.hull': {'shape': 'deptford', 'centre_of_gravity': 0.8}},

@@ -165,5 +165,5 @@ def test_other_type_encoding_and_topic_are_refused(tmp_path):
     with pytest.raises(MotionDataError, match=r"no topic '/imu'; it has /imu/data: sensor_msgs"):
         motion(ros1, '/imu')
     empty = write(tmp_path / 'c.mcap', [])
-    with pytest.raises(MotionDataError, match='holds no message'):
+    with pytest.raises(MotionDataError, match='has no messages'):
         motion(empty)

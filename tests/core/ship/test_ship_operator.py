@@ -175,7 +175,7 @@ def test_the_passage_sails_by_an_operator_and_says_what_it_leaves_open(
 ) -> None:
     motion = ShipMotion(passage(rao))
     [warning] = motion.warnings
-    assert '% of the energy of the waves lies beyond the frequencies of ship.rao' in warning
+    assert '% of the energy of the waves is above the frequencies of ship.rao' in warning
     assert np.isfinite(motion.produce(1000).linear_acceleration).all()
 
 
@@ -187,7 +187,7 @@ def test_a_leg_that_turns_out_of_the_operator_is_named(tmp_path: Path) -> None:
     with pytest.raises(SceneError, match=said) as caught:
         ShipMotion(passage({'path': path}))
     assert caught.value.key.startswith('ship.weather.')
-    with pytest.raises(SceneError, match=r'speed must lie in \[0, 1\.\d* ?\S*\] m/s.*Froude'):
+    with pytest.raises(SceneError, match=r'speed must be in \[0, 1\.\d* ?\S*\] m/s.*Froude'):
         ShipMotion(passage({'path': path, 'heading': 1.5, 'length': 2.0}))
 
 
@@ -216,6 +216,6 @@ def test_refused(
 def test_a_speed_that_the_operator_is_not_known_at_is_refused(tmp_path: Path) -> None:
     hull = Hull(named_hull('deptford'), 11.0, 0.1)
     path = table_of(hull, tmp_path / 'x.csv', [80.0, 100.0], [0.0, 2.0])
-    with pytest.raises(SceneError, match=r'must lie in \[0, 2\] m/s, the speeds of') as caught:
+    with pytest.raises(SceneError, match=r'must be in \[0, 2\] m/s, the speeds of') as caught:
         ShipMotion(scene({'path': path}, heading=1.5, speed=2.5))
     assert caught.value.key == 'ship.speed'

@@ -136,7 +136,7 @@ def changed(index: int, row: str) -> str:
 REFUSED = [
     ('', {}, r'a\.csv: line 1, column t_s: is missing; the columns are none'),
     ('t_s,roll_deg\n', {}, r'holds no rows'),
-    ('\n'.join(rows(3)), {}, r'holds 3 samples; at least 4'),
+    ('\n'.join(rows(3)), {}, r'has 3 samples, fewer than the 4'),
     (
         '\n'.join(rows()),
         {'roll_column': 'heel_deg'},
@@ -157,7 +157,7 @@ REFUSED = [
     (changed(7, '6.0'), {}, r'line 8: has 1 cells, the header 2'),
     (changed(101, '1e12,1.0'), {'max_gap': 1e13}, r'line 102: .*1e\+12 s, more than 50000000'),
     ('\n'.join(rows()[:40] + rows()[43:]), {}, r'line 41: gap of 4 s.*max_gap = 3\.0 s'),
-    ('\n'.join(rows()), {'passband': [0.02, 0.5]}, r'sampled every 1 s.*above 0\.5 Hz'),
+    ('\n'.join(rows()), {'passband': [0.02, 0.5]}, r'sampled every 1 s.*ends at 0\.5 Hz'),
     ('\n'.join(rows(41)), {}, r'lasts 40 s.*needs at least 50 s'),
     ('\n'.join(rows()), {'passband': [0.1, 0.105]}, r'lasts 100 s.*needs at least 200 s'),
 ]

@@ -464,8 +464,8 @@ def test_the_remedy_for_a_fast_mode_works():
 @pytest.mark.parametrize(
     ('changes', 'key', 'said'),
     [
-        ({'ship': {'kind': 'still'}}, 'suspension', 'lies still'),
-        ({'suspension__support_radius': 0.005}, 'suspension.support_radius', 'falls from it'),
+        ({'ship': {'kind': 'still'}}, 'suspension', 'ship at rest'),
+        ({'suspension__support_radius': 0.005}, 'suspension.support_radius', 'fall from it'),
         ({'suspension__support_radius': 0.004}, 'suspension.support_radius', '0.01'),
         ({'suspension__depth': 0.0}, 'suspension.depth', 'topples'),
         ({'suspension__depth': -0.1}, 'suspension.depth', '0.1'),

@@ -89,12 +89,12 @@ def check_proportions(length: float, beam: float, draught: float) -> None:
             if length > high
             else 'Give the length of the waterline in metres.'
         )
-        raise HullError('length', length, f'must lie in [{low:g}, {high:g}] m', remedy)
+        raise HullError('length', length, f'must be in [{low:g}, {high:g}] m', remedy)
     if not length / 20.0 <= beam <= length / 2.0:
         raise HullError(
             'beam',
             beam,
-            f'must lie between a 20th and half of the length, {length / 20:.3g} to '
+            f'must be between a 20th and half of the length, {length / 20:.3g} to '
             f'{length / 2:.3g} m',
             'Give the beam of the waterline in metres.',
         )
@@ -130,7 +130,7 @@ def check_froude(speed: float, length: float, gravity: float = STANDARD_GRAVITY)
         raise HullError(
             'speed',
             speed,
-            f'must lie in [0, {limit:.3g}] m/s for a hull of {length:g} m: strip theory holds up '
+            f'must be in [0, {limit:.3g}] m/s for a hull of {length:g} m: strip theory holds up '
             f'to a Froude number of {MOST_FROUDE}',
             'Sail slower, or a longer hull.',
         )
@@ -216,7 +216,7 @@ class HullCoefficients:
                 yield Problem(key, getattr(self, key), 'must be above 0', remedy)
         block = self.volume / (self.length * self.beam * self.draught)
         if not 0.05 < block <= 1.001:
-            problem = f'makes a block coefficient of {block:.3g}; it must lie in (0.05, 1]'
+            problem = f'makes a block coefficient of {block:.3g}; it must be in (0.05, 1]'
             yield Problem('volume', self.volume, problem, remedy)
         check_proportions(self.length, self.beam, self.draught)
 
@@ -402,7 +402,7 @@ class Shape:
             raise HullError(
                 'block',
                 self.block,
-                'must lie in [0.3, 0.96]: a yacht without its keel has some 0.4, a ship of the '
+                'must be in [0.3, 0.96]: a yacht without its keel has some 0.4, a ship of the '
                 'line 0.6, a barge 0.9',
                 'Give the volume displaced, divided by length, beam and draught.',
             )
@@ -411,7 +411,7 @@ class Shape:
             raise HullError(
                 'waterplane',
                 across,
-                f'must lie in [{1.02 * self.block:.3g}, 0.99], above the block coefficient',
+                f'must be in [{1.02 * self.block:.3g}, 0.99], above the block coefficient',
                 'Leave it out: it is then the root of the block coefficient.',
             )
         middle = self.block / across
@@ -533,7 +533,7 @@ class Hull:
             raise HullError(
                 'roll_damping_ratio',
                 self.roll_damping_ratio,
-                'must lie in [0, 1), 1 being critical',
+                'must be in [0, 1), 1 being critical',
                 'A ship without sail has some 0.05 to 0.1.',
             )
         radii = (('k_xx', beam, 'beam'), ('k_yy', length, 'length'), ('k_zz', length, 'length'))
@@ -543,8 +543,7 @@ class Hull:
                 raise HullError(
                     key,
                     value,
-                    f'must lie in [{0.1 * size:.3g}, {0.6 * size:.3g}] m, 0.1 to 0.6 of the '
-                    f'{base}',
+                    f'must be in [{0.1 * size:.3g}, {0.6 * size:.3g}] m, 0.1 to 0.6 of the {base}',
                     f'Leave it out for the usual part of the {base}.',
                 )
         low, high = -self.coefficients.draught - 0.5 * beam, beam
@@ -554,7 +553,7 @@ class Hull:
             raise HullError(
                 'centre_of_gravity' if is_given else 'roll_period',
                 z if is_given else self.roll_period,
-                f'puts the centre of gravity {z:.3g} m over the waterline; it must lie in '
+                f'puts the centre of gravity {z:.3g} m over the waterline; it must be in '
                 f'[{low:.3g}, {high:.3g}] m'
                 + ('' if is_given else f' (metacentric height {self.gm:.3g} m)'),
                 'Give it in metres.'
@@ -657,7 +656,7 @@ class Hull:
                 raise HullError(
                     f'clock.{key}',
                     value,
-                    f'must lie in [{low:.3g}, {high:.3g}] m: the clock is outside the hull',
+                    f'must be in [{low:.3g}, {high:.3g}] m: the clock is outside the hull',
                     'Measure from amidships, the centreline and the waterline.',
                 )
 

@@ -251,7 +251,7 @@ def check_operator(rao: Rao, heading: float, speed: float) -> None:
         raise HullError(
             'speed',
             speed,
-            f'must lie in [{rao.speeds[0]:g}, {rao.speeds[-1]:g}] m/s, the speeds of the operator',
+            f'must be in [{rao.speeds[0]:g}, {rao.speeds[-1]:g}] m/s, the speeds of the operator',
             'Sail within them, or use an operator that covers the speed.',
         )
 

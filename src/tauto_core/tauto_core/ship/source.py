@@ -46,19 +46,18 @@ def schedule(scene: Scene) -> IntArray:
     """Return the stamps of the observations [ns], on the log grid, strictly increasing.
 
     In port there is one every `drift.observation_interval`, from the start until setting sail,
-    both included. At each landfall there is one, as `landfalls` says. At sea, where asked for,
-    there are lunar distances. A scene without a voyage is in port throughout. There are none after
-    the end of the scene, and none that clouds hide; landfalls are never hidden.
+    both included. At each landfall there is one, see `landfalls`. At sea there are lunar distances
+    if the scene has them. A scene without a voyage is in port throughout. Clouds may hide any but
+    landfalls.
     """
     return Observations(scene).stamps
 
 
 def landfalls(scene: Scene) -> IntArray:
-    """Return the stamps of the observations at landfalls [ns], in order, none beyond the end.
+    """Return the stamps of the observations at landfalls [ns], in order, up to the end.
 
-    The land is made at the first logged instant at or after the ship's passing it, and the clock
-    is checked at the next one. So the estimate at the landfall is by the clock before the
-    check.
+    Landfall is logged at the first logged instant after the ship passes the land, and the clock is
+    checked at the next one. The estimate at the landfall is therefore older than the check.
     """
     if scene.voyage is None:
         return np.empty(0, np.int64)
@@ -70,14 +69,14 @@ def landfalls(scene: Scene) -> IntArray:
 
 
 class Observations:
-    """Observed times t_k + N(0, σ), σ that of the port or of lunar distances.
+    """Observed times t_k + N(0, σ), with the σ of the port or of lunar distances.
 
-    The k-th error in port and at landfalls is drawn from its own generator, PCG64 seeded by
-    (seed, k), so it does not depend on earlier calls. The error of each lunar distance, and
-    whether clouds hide an observation, are drawn in the same way from separate streams.
+    PCG64 seeded by (seed, k) draws the k-th error in port and at landfalls, so the error does not
+    depend on earlier calls. Separate streams draw the errors of lunar distances and the clouds in
+    the same way.
 
     Attributes:
-        stamps: stamps of the observations, as `schedule` says.
+        stamps: of the observations, see `schedule`.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -111,9 +110,9 @@ class Observations:
         self.stamps: IntArray = np.array(list(self._drawn), np.int64)
 
     def between(self, first_ns: int, last_ns: int) -> TimeSamples:
-        """Return the observations with first_ns <= stamp < last_ns, possibly none.
+        """Return the observations with first_ns <= stamp < last_ns.
 
-        `time_ref_ns` is the observed time, rounded to the nanosecond; `source` is `port`,
+        `time_ref_ns` is the observed time, rounded to the nanosecond, and `source` is `port`,
         `landfall` or `lunar`.
         """
         begin, end = np.searchsorted(self.stamps, [first_ns, last_ns])
@@ -139,29 +138,29 @@ class Observations:
 
 
 KEPT_BYTES = 2**24
-"""Memory that the arrays of a chunk take (`voyage.QUIET_CHUNK`)."""
+"""Memory of the arrays of a chunk (`voyage.QUIET_CHUNK`)."""
 
 
 class ShipMotion(Stateful):
-    """IMU samples k = 0 ... scene.samples - 1, and those beyond the end that the stages need.
+    """IMU samples k = 0 ... scene.samples - 1, and the later ones that the stages need.
 
     Sample k is stamped starts_at + k step. Its bits depend on scene and k alone. A ship that lies
     still sends one constant sample per log interval.
 
     Args:
         scene: the scene.
-        without: motions of `Channels` that are switched off, or `gravity`, which is then
-            everywhere that of the start. So a caller finds the effect of each on the clock.
+        without: motions of `Channels` to switch off, or `gravity`, to keep it constant, which
+            shows the effect of each on the clock.
 
     Attributes:
         total: number of samples in all.
-        metadata: origin of the motion: kind, and spectrum, pass-band, seed ... where they apply.
-        warnings: anything odd about measured motion, or left out of a sea.
+        metadata: origin of the motion: kind, spectrum, pass-band, seed and the like.
+        warnings: peculiarities of measured motion, or waves that a sea leaves out.
         moves: the motions that may be switched off, see `Channels.moves`.
 
     Raises:
         MotionDataError: measured motion that cannot be used.
-        SceneError: a sea whose waves are too short for `ship.rate` or lie outside `ship.rao`.
+        SceneError: a sea with waves too short for `ship.rate` or outside `ship.rao`.
     """
 
     state_names = ('next',)
@@ -175,11 +174,9 @@ class ShipMotion(Stateful):
         if without:
             channels = channels.without(without)
         if channels.roll is not None:
-            # The allocator keeps the memory that a chunk of samples frees for the next one. Memory
-            # returned to the system has to be mapped again page by page, and each page costs as
-            # much time as several samples. Under glibc the largest block that was mapped and
-            # freed becomes the threshold of mapping, and twice that the threshold of returning
-            # memory (mallopt(3), M_MMAP_THRESHOLD); elsewhere this has no effect.
+            # Makes the allocator keep a chunk's memory for the next one: mapping a page again
+            # costs as much time as several samples. In glibc the largest block mapped and freed
+            # sets the thresholds of mapping and returning memory (mallopt(3), M_MMAP_THRESHOLD).
             np.empty(KEPT_BYTES, np.uint8)
         self.total = scene.samples + scene.samples_beyond_end
         self.metadata: dict[str, Any] = {'kind': scene.ship.kind, **channels.metadata}
@@ -189,7 +186,7 @@ class ShipMotion(Stateful):
         self._force_y = _sampled(channels.force_y, scene)
         self._force_z = _sampled(channels.force_z, scene)
         self._gravity: GravityOnTheWay | None = None
-        # a measured force contains the gravity of the place where it was measured
+        # a measured force contains the gravity of the place of measurement
         changes = scene.gravity == 'normal' and 'gravity' not in without
         if changes and scene.voyage is not None and channels.force_z is None:
             self._gravity = GravityOnTheWay(Passage(scene, scene.voyage), scene.duration_ns)
@@ -199,7 +196,7 @@ class ShipMotion(Stateful):
             # in the order of `SixMotions`
             parts = (getattr(six, item.name) for item in fields(six))
             self._six = [sums for part in parts if (sums := _sampled(part, scene)) is not None]
-        # so far from overflow that no sample can be refused
+        # far from overflow, so every sample will be accepted
         self._is_tame = True
         if six is not None:
             self._is_tame = _is_tame(six)
@@ -210,7 +207,7 @@ class ShipMotion(Stateful):
             self._is_tame = max(angle, rate, force) < SQUARABLE
 
     def produce(self, count: int) -> ImuSamples:
-        """Return the next samples, at most `count`; an empty batch at the end."""
+        """Return the next samples, at most `count`, or an empty batch at the end."""
         return message(self.sense(count))
 
     def sense(self, count: int) -> Sensed:
@@ -236,7 +233,7 @@ class ShipMotion(Stateful):
         return imu if self._is_tame else message(imu)
 
     def _sensed(self, stamps: IntArray, start: int, turning: bool, with_force: bool) -> ImuSamples:
-        """Return samples with the angular velocity and the specific force that are asked for."""
+        """Return samples with angular velocity and specific force on request."""
         stop = start + len(stamps)
         if self._six is None:
             return self._roll_sensed(stamps, (start, stop), turning, with_force)
@@ -259,7 +256,7 @@ class ShipMotion(Stateful):
         roll, rate, bend, *_ = (*self._roll.between(*span, *range(1 + highest)), None, None)
         up = self._heave.between(*span, 2)[0] if with_force and self._heave is not None else None
         if with_force and self._gravity is not None:
-            # gravity that changes on the way is a slow acceleration beside the heave
+            # gravity that changes on the way adds a slow acceleration to the heave
             lift = self._weighs(stamps) - gravity
             up = lift if up is None else up + lift
         return imu_samples(
@@ -280,18 +277,18 @@ def bag_metadata(scene: Scene) -> dict[str, Any]:
 
 
 GENTLE_PITCH = 1.0
-"""Bound of the pitch in one sea [rad]: while one sea turns into another it is √2 times as large,
-and the roll is undefined at π/2.
+"""Bound of the pitch in one sea [rad]. It is √2 times as large in a change of seas, and the roll
+is undefined at π/2.
 """
 
 
 def _is_tame(six: SixMotions[Harmonics] | SixMotions[Fades]) -> bool:
-    """Return whether no sample of some motions can be refused.
+    """Return whether all samples are sure to be accepted.
 
-    All seas are answered, so that a hull refuses a sea at the start.
+    All seas are computed, so a hull refuses any of them at the start.
     """
     sums = six.pitch.sums if isinstance(six.pitch, Fades) else (0,)
-    for number in dict.fromkeys(sums):  # a hull answers to all its motions in a sea at once
+    for number in dict.fromkeys(sums):  # sea by sea: a hull computes all motions of a sea at once
         for name in MOTIONS:
             motion = getattr(six, name)
             part = motion.of(number) if isinstance(motion, Fades) else motion

@@ -1,12 +1,11 @@
 """The clock's case hung in the ship, on an axle or in gimbals (theory/suspension.md).
 
-It takes the ship's motion, and returns the reading of a sensor fixed in the case at the clock.
-The bearing's centre is where the ship's sensor is, and so are the pivots of gimbals, in which the
-case turns as a pendulum. On an axle only the acceleration of the ship
-reaches the case, since the axle lies in the bearing without friction. The contact pushes along its
-normal alone, so the specific force at the centre of gravity of the case, where the clock is,
-points along θ and has the size N/M: θ is the apparent vertical and N/M the apparent gravity. In
-the case the sensor reads (N/M) (sin(φ − θ), cos(φ − θ)) to port and up.
+`Suspension` turns the ship's motion into the reading of a sensor fixed in the case at the clock.
+The ship's sensor is at the centre of the bearing or of the gimbals' pivots. Without friction an
+axle transmits only the acceleration. The contact force acts along its normal, so the specific
+force at the case's centre of gravity, the place of the clock, points along θ with the size N/M: θ
+is the apparent vertical, N/M the apparent gravity. The sensor reads (N/M) (sin(φ − θ), cos(φ − θ))
+to port and up.
 """
 
 from __future__ import annotations
@@ -38,10 +37,9 @@ from tauto_core.ship.suspensions import SuspensionKind
 #
 #     P = (g + z̈) cos θ − ÿ sin θ + e θ̇² + c φ̇² cos δ,
 #
-# so contact is lost where P falls to 0. Between two instants P is approximated by the cubic
-# through its values and slopes there, both in closed form from the motion. Where the fast mode
-# turns by ωh the cubic is off by at most (2ωh)⁴/384 of the amplitude of P in that mode, 1e-3 at
-# ωh = 0.4.
+# so contact is lost when P falls to 0. Between two instants P is approximated by the cubic
+# through its values and slopes, both in closed form. If the fast mode turns by ωh, the cubic is
+# off by at most (2ωh)⁴/384 of the amplitude of P in that mode, 1e-3 at ωh = 0.4.
 
 
 class HungCase(NamedTuple):
@@ -86,9 +84,9 @@ def force_at(bearing: BearingMotion, x: FloatArray) -> BearingForce:
 def lost_at(
     case: HungCase, bearing: BearingMotion, at_begin: CaseMotion, at_end: CaseMotion
 ) -> float | None:
-    """Return the time at which contact is first lost [s] from the start of the run; None: never.
+    """Return the time of the first loss of contact [s] from the start, or `None`.
 
-    `at_begin` and `at_end` are the motions of the case at both ends of each part, all (Σ parts,).
+    `at_begin` and `at_end` are the case's motion at both ends of each part, all (Σ parts,).
     """
     end, end_ns, piece = bearing.end, bearing.end_ns, bearing.piece
     is_first = np.concatenate([[True], piece[1:] != piece[:-1]])
@@ -116,7 +114,7 @@ def pressing(case: HungCase, motion: CaseMotion, sway: FloatArray, lift: FloatAr
 
 
 def pressing_rate(case: HungCase, motion: CaseMotion, force: BearingForce) -> FloatArray:
-    """Return dP/dt at small angles [m/s3], (n,), as theory/suspension.md has them."""
+    """Return dP/dt at small angles [m/s3], (n,) (theory/suspension.md)."""
     e, c, k, gravity = case
     theta, phi, theta_rate, phi_rate = (
         motion.theta,
@@ -139,7 +137,7 @@ def pressing_rate(case: HungCase, motion: CaseMotion, force: BearingForce) -> Fl
 def _steepest(
     case: HungCase, bearing: BearingMotion, theta: float, phi: float, rates: tuple[float, float]
 ) -> float:
-    """Return an upper bound of |dP/dt| in a batch with |θ|, |φ|, |θ̇| and |φ̇| up to these."""
+    """Return an upper bound of |dP/dt| in a batch, from the largest |θ|, |φ|, |θ̇| and |φ̇|."""
     e, c, k, gravity = case
     theta_rate, phi_rate = rates
     shortest = float(np.min(bearing.length_ns)) * 1e-9
@@ -169,9 +167,9 @@ def _largest(coefficients: FloatArray) -> tuple[float, float]:
 
 
 def first_loss(ends: FloatArray, slopes: FloatArray) -> tuple[int, float] | None:
-    """Return the interval in which P first reaches 0, and the fraction of it; None if in none.
+    """Return the first interval in which P reaches 0, and the fraction of it, or `None`.
 
-    Of n intervals, `ends` has P at beginning and end, `slopes` dP/dx there for x from 0 to 1, both
+    `ends` has P at beginning and end of n intervals, `slopes` dP/dx there for x from 0 to 1, both
     (2, n).
     """
     a, b = ends
@@ -189,7 +187,7 @@ def first_loss(ends: FloatArray, slopes: FloatArray) -> tuple[int, float] | None
 
 
 def _first_root(a: float, b1: float, second: float, third: float) -> float | None:
-    """Return the least x in [0, 1] where a cubic is not above 0; None: nowhere."""
+    """Return the least x in [0, 1] at which a cubic is 0 or negative, or `None`."""
 
     def value(x: float) -> float:
         return a + x * (b1 + x * (second + x * third))
@@ -197,7 +195,7 @@ def _first_root(a: float, b1: float, second: float, third: float) -> float | Non
     if a <= 0.0:
         return 0.0
     low = 0.0
-    # it is monotonic between extremes, where 3·third·x² + 2·second·x + first = 0
+    # monotonic between extremes, 3·third·x² + 2·second·x + b₁ = 0
     twice, thrice = 2.0 * second, 3.0 * third
     square = twice * twice - 4.0 * thrice * b1
     extremes: list[float] = []
@@ -213,17 +211,17 @@ def _first_root(a: float, b1: float, second: float, third: float) -> float | Non
 
 
 SMALL_ANGLE = 0.5
-"""Largest tilt [rad] for the equations of small angles; there sin differs by 4 %."""
+"""Largest tilt [rad] for the equations of small angles, at which sin differs by 4 %."""
 
 
 @entry
 def _feel(
     case: HungCase, motion: CaseMotion, lean: FloatArray, pull: FloatArray
 ) -> tuple[float, float, float, float, float]:
-    """Fill the direction of the specific force at the clock and its size (`samples.HungImu`).
+    """Fill direction and size of the specific force at the clock (`samples.HungImu`).
 
-    Return the least N/M on an axle, and the largest |θ|, |φ|, |θ̇| and |φ̇|. Outputs are longer
-    than the motion, up to a multiple of eight; each sample is computed by itself.
+    Return the least N/M on an axle, and the largest |θ|, |φ|, |θ̇| and |φ̇|. Outputs are padded to
+    a multiple of eight. Each sample is computed by itself.
     """
     n, press = len(motion.phi), math.inf
     widest, farthest, fast, faster = splat(0.0), splat(0.0), splat(0.0), splat(0.0)
@@ -255,8 +253,8 @@ def _feel(
 class BearingBuffer(MotionBuffer):
     """Turns samples into polynomials of the specific force at the bearing, piece by piece.
 
-    Where the bearing rubs the roll is a third channel. The force is that in the plane athwart
-    which is fixed to the ship, or for gimbals in the upright one.
+    With friction in the bearing the roll is a third channel. The force is taken in the athwartship
+    plane fixed to the ship, or for gimbals in the upright plane.
     """
 
     def __init__(self, scene: Scene, hung: SuspensionKind, *, max_gap_s: float | None) -> None:
@@ -297,11 +295,11 @@ class BearingBuffer(MotionBuffer):
             self._turns, self._last_roll = kernels.unwrap(roll, self._turns, self._last_roll)
 
     def first(self) -> tuple[float, ...]:
-        """Return ÿ and g + z̈ at the first sample at hand [m/s2], and ρ and ρ̇ where they act."""
+        """Return ÿ and g + z̈ [m/s2] at the first sample and, with friction, ρ and ρ̇."""
         return tuple(float(values[0]) for values in self._data.values())
 
     def motion(self, *, final: bool) -> BearingMotion | None:
-        """Return the motion over the pieces that are complete, None where there is none."""
+        """Return the motion over the complete pieces, or `None`."""
         latest = 2**63 - 1
         pieces = self.ready(latest, latest, final=final)
         if not len(pieces.begin):
@@ -320,7 +318,7 @@ class BearingBuffer(MotionBuffer):
 
 
 class Suspension(Stateful):
-    """Turns samples of ship/imu into the motion of a clock in the case, up to four samples later.
+    """Turns samples of ship/imu into a clock's motion in the case, up to four samples later.
 
     At the start the case hangs at rest in equilibrium: θ = φ along the apparent vertical (at small
     angles −ÿ/g), both rates 0.
@@ -330,7 +328,7 @@ class Suspension(Stateful):
         max_gap_s: longest time between samples that is interpolated [s].
 
     Raises:
-        SceneError: a fast mode that no sampling of the ship's motion resolves.
+        SceneError: no sampling of the ship's motion resolves the fast mode.
     """
 
     state_names = ('released', 'last', 'buffer', 'swing')
@@ -355,11 +353,11 @@ class Suspension(Stateful):
 
     @property
     def crowded(self) -> int:
-        """Number of samples of the ship that were left out because they are too close together."""
+        """Number of the ship's samples that were dropped because they are too close together."""
         return self._buffer.crowded
 
     def feed(self, imu: Sensed, origin_ns: int) -> HungImu | None:
-        """Take screened samples; return those of the case that are known by now, if any.
+        """Take screened samples and return the case's samples that they determine, if any.
 
         Raises:
             PropagationError: the axle lifts off, the swing is too large, a gap in the motion.
@@ -392,7 +390,7 @@ class Suspension(Stateful):
         lean, pull = np.empty((2, -(-n // SIZE) * SIZE))
         press, *widest = _feel(self._case, case, lean, pull)
         if case.phi_bend is None and self._large:
-            if not press > 0.0:  # at a sample; its propagator checks between samples
+            if not press > 0.0:  # at a sample. The propagator checks between samples
                 lost = pressing(self._case, case, case.sway, case.lift) <= 0.0
                 raise lifted_off(float(stamps[np.argmax(lost)] * 1e-9))
         elif case.phi_bend is None:
@@ -409,8 +407,8 @@ class Suspension(Stateful):
     ) -> None:
         """Refuse a case that lifts off or swings too wide, also between samples.
 
-        The interval between two batches is checked with the later batch, so batches do not matter.
-        `press` is the least contact force, `widest` has the largest sizes of angles and rates.
+        The interval between two batches is checked with the later one. `press` is the least
+        contact force, `widest` has the largest angles and rates.
         """
         last_row, self._last = self._last, np.array([column[-1] for column in case[:4]])
         theta, phi, *rates = np.maximum(np.abs(last_row), widest).tolist()
@@ -442,8 +440,8 @@ class Suspension(Stateful):
 class CaseInCommon(InCommon):
     """The suspension of one of several clocks that are fed in turn in one sea.
 
-    Their cases move alike, so the first of them computes the motion. Arguments are those of
-    `Suspension`, the buffers of these clocks, and `parts`, the key of their parts of the samples.
+    Their cases move alike, so the first clock computes the motion. Arguments as for
+    `Suspension`, and the clocks' buffers and `parts`, the key of their parts of the samples.
     """
 
     part: Suspension
@@ -456,7 +454,7 @@ class CaseInCommon(InCommon):
         super().__init__(buffers.common(self.key, lambda: Suspension(scene, max_gap_s=max_gap_s)))
 
     def feed(self, imu: Sensed, origin_ns: int) -> HungImu | None:
-        """Take screened samples; return those of the case that are known by now, if any."""
+        """Take screened samples and return the case's samples that they determine, if any."""
         return self.in_turn(lambda: self.part.feed(imu, origin_ns))
 
     def finish(self, origin_ns: int) -> HungImu | None:

@@ -1,7 +1,8 @@
-"""The kinds of ship's motion: their base, the ship that lies still, and given harmonics.
+"""The kinds of ship's motion: their base, the ship at rest, and given harmonics.
 
-Level axes: x along her mean heading, y to port, z up. Her own axes follow from them by yaw ψ about
-z (bow to port), pitch θ about y (bow down) and roll ρ about x (starboard down), in this order.
+Level axes: x along the mean heading, y to port, z up. The ship's own axes follow from them by yaw
+ψ about z (bow to port), pitch θ about y (bow down) and roll ρ about x (starboard down), in this
+order.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ M = TypeVar('M', Harmonics, Fades)
 
 @dataclass(frozen=True)
 class SixMotions(Generic[M]):
-    """The motions of a ship, each a sum of harmonics; displacements are those of the clock.
+    """The motions of a ship, each a sum of harmonics, with the displacements of the clock.
 
     Attributes:
         surge: forward [m].
@@ -70,18 +71,18 @@ class Surroundings(Protocol):
 
     @property
     def log_interval_ns(self) -> int:
-        """Time between logged samples [ns], of which the length is a whole number."""
+        """Log interval [ns]. The scene lasts a whole number of them."""
 
     @property
     def voyage(self) -> Itinerary | None:
-        """The voyage from port to port; None: the ship stays in one place."""
+        """The voyage from port to port, or `None`."""
 
 
 @dataclass(frozen=True)
 class Channels:
-    """The quantities that move; None if not simulated. The force is given if it was measured.
+    """The simulated motions (`None` without), and the specific force if it was measured.
 
-    A motion is a sum of harmonics, or in weather one that changes gradually from sum to sum.
+    A motion is a sum of harmonics, or in weather changes gradually from sum to sum.
 
     Attributes:
         roll: [rad], starboard down positive.
@@ -89,8 +90,8 @@ class Channels:
         force_y: specific force along the ship's y [m/s2].
         force_z: specific force along the ship's z [m/s2].
         metadata: describes the source of the motion.
-        warnings: anything unusual about it.
-        six: all motions of a ship with a hull, at the clock; `roll` and `heave` are among them.
+        warnings: its peculiarities.
+        six: all motions at the clock of a ship with a hull. They include `roll` and `heave`.
     """
 
     roll: Harmonics | Fades | None = None
@@ -102,10 +103,10 @@ class Channels:
     six: SixMotions[Harmonics] | SixMotions[Fades] | None = None
 
     def moves(self) -> tuple[tuple[str, ...], ...]:
-        """Return the motions that a clock may feel, those together that only make sense together.
+        """Return the motions that act on a clock, in groups that cannot be separated.
 
-        A measured force has the roll in it. The clock of a ship with a hull feels her yaw by the
-        same way as her pitch.
+        A measured force contains the roll. With a hull, yaw acts on the clock in the same way as
+        pitch.
         """
         if self.six is not None:
             return (('heave',), ('sway',), ('surge',), ('roll',), ('pitch', 'yaw'))
@@ -114,7 +115,7 @@ class Channels:
         return tuple((name,) for name in ('heave', 'roll') if getattr(self, name) is not None)
 
     def without(self, names: Collection[str]) -> Channels:
-        """Return the same with some motions switched off; a force keeps its mean."""
+        """Return the same with some motions switched off. A force keeps its mean."""
         present = [name for name in ('roll', 'heave', 'force_y', 'force_z') if name in names]
         changed: dict[str, Any] = {name: _quiet(name, getattr(self, name)) for name in present}
         if self.six is not None:
@@ -141,10 +142,10 @@ class WorstSea(NamedTuple):
 
     Attributes:
         why: `highest`, `met fastest`, or both.
-        figures: its state of the weather as reports have it; None where there is no weather.
+        figures: its state of the weather in reports, or `None` without weather.
         ship: the ship in it.
-        lasts_s: time in it that makes errors as large as those by sampling all seas of the
-            scene, where errors do not grow after it [s].
+        lasts_s: time in it that causes the same error, if errors do not grow afterwards, as
+            sampling all seas of the scene [s].
     """
 
     why: str
@@ -154,12 +155,12 @@ class WorstSea(NamedTuple):
 
 
 class RoughlyKnown(NamedTuple):
-    """A badly known number of a ship.
+    """A number of a ship that is known roughly.
 
     Attributes:
         key: its key in the scene.
         unit: of the values, or ''.
-        values: the least and the largest that it may have.
+        values: its least and its largest value.
         ships: the ship with each of them.
     """
 
@@ -173,9 +174,9 @@ class ShipKind(Kind):
     """How the ship moves. Each kind is a module of `ship/motions` that names its model `KIND`.
 
     Attributes:
-        lies_still: whether nothing moves, so that one sample per log interval is enough.
-        is_computed: whether its harmonics are the motion itself rather than a measured one. Then
-            it is smooth at the start, its waves are known and its roll can be scaled.
+        lies_still: whether the ship is at rest and sends one sample per log interval.
+        is_computed: whether its harmonics are the motion itself, not a measured one: smooth at the
+            start, with known waves and a roll that can be scaled.
         is_random: whether it is drawn from the seed.
     """
 
@@ -186,30 +187,30 @@ class ShipKind(Kind):
     rate: Positive = Field(default=20.0, description='sampling rate of the motion [Hz]')
     height: Number = Field(
         default=3.0,
-        description='height of the clock above the roll axis [m]; with a hull over the waterline',
+        description='height of the clock above the roll axis [m], with a hull over the waterline',
     )
     kind: str
 
     @property
     def reported_as(self) -> str:
-        """Key under which reports and bags have its metadata; '' if they do not."""
+        """Key of its metadata in reports and bags, or ''."""
         return ''
 
     @property
     def shortest_wave_s(self) -> float:
-        """Shortest period of the waves that it gives [s]; inf where it gives none."""
+        """Shortest given period of its waves [s], or inf."""
         return math.inf
 
     @classmethod
     def with_files_read(cls, ship: dict[str, Any], origin: str) -> dict[str, Any]:
-        """Return its keys with the contents of the files that they name; not checked yet.
+        """Return its unchecked keys with the contents of the files that they name.
 
         Args:
             ship: keys and values as read.
             origin: name of the scene as the user wrote it, for error messages.
 
         Raises:
-            SceneError: keys or files that are wrong.
+            SceneError: wrong keys or files.
         """
         return ship
 
@@ -223,38 +224,35 @@ class ShipKind(Kind):
         raise NotImplementedError
 
     def metadata(self, scene: Surroundings) -> dict[str, Any]:
-        """Return the metadata for reports and bags, where `reported_as` names it."""
+        """Return the metadata for reports and bags, under `reported_as`."""
         return {}
 
     def roughest(self, scene: Surroundings) -> ShipKind:
-        """Return the ship in the highest sea that it meets, for the whole scene.
-
-        Its channels are harmonics.
-        """
+        """Return the ship in the highest sea of the scene, with harmonics as channels."""
         return self
 
     def worst_seas(self, scene: Surroundings) -> tuple[WorstSea, ...]:
-        """Return the ship in each sea in which the simulation may err most, for the whole scene.
+        """Return the ship in each sea in which the simulation may err most.
 
-        Their channels are harmonics.
+        Their channels are harmonics for the whole scene.
         """
         return (WorstSea('the only sea', None, self, scene.duration),)
 
     def seas_at_start(self, scene: Surroundings) -> tuple[ShipKind, ...]:
-        """Return the ship in each sea that it may meet first; their channels are harmonics."""
+        """Return the ship in each sea that it may meet first, with harmonics as channels."""
         return (self,)
 
     def known_roughly(self, scene: Surroundings) -> Iterator[RoughlyKnown]:
-        """Yield the badly known numbers of the ship, with their ranges."""
+        """Yield the ship's roughly known numbers, with their ranges."""
         return iter(())
 
     @property
     def roll_scales(self) -> bool:
-        """Whether there is a ship that differs in her roll alone: see `with_roll_scaled`."""
+        """Whether `with_roll_scaled` can change the roll alone."""
         return self.is_computed
 
     def with_roll_scaled(self, factor: float) -> Self:
-        """Return the ship in the same waves with another roll, if `roll_scales`."""
+        """Return the ship in the same waves with its roll times a factor, if `roll_scales`."""
         return self
 
     def files(self) -> Iterator[tuple[str, str, bool]]:
@@ -272,14 +270,14 @@ class ShipKind(Kind):
 
 
 def sampled(key: str, period: float, rate_hz: float) -> Iterator[Problem]:
-    """Yield a problem where a wave is too short to be sampled."""
+    """Yield a problem if a wave is too short to be sampled."""
     if period * rate_hz <= 2.0:
         yield Problem(
             key,
             period,
             f'is not longer than two steps ({2.0 / rate_hz:.6g} s): ship.rate {rate_hz!r} Hz '
             'cannot sample it',
-            'Give a longer period or a higher ship.rate.',
+            'Use a longer period or a higher ship.rate.',
         )
 
 
@@ -288,7 +286,7 @@ def sampled(key: str, period: float, rate_hz: float) -> Iterator[Problem]:
 
 
 class StillShip(ShipKind):
-    """A ship that lies still, or a clock on land."""
+    """A ship at rest, or a clock on land."""
 
     lies_still = True
     rank = 1
@@ -301,7 +299,7 @@ class StillShip(ShipKind):
 
     @property
     def motions(self) -> tuple[str, ...]:
-        """None."""
+        """No motions."""
         return ()
 
 
@@ -314,7 +312,7 @@ class Component(Section):
 
 
 class ComponentsShip(ShipKind):
-    """Roll, and heave where given, as sums of harmonics."""
+    """Roll, and optionally heave, as sums of harmonics."""
 
     rank = 2
     starter = {
@@ -335,7 +333,7 @@ class ComponentsShip(ShipKind):
 
     @property
     def shortest_wave_s(self) -> float:
-        """Shortest period given [s]; inf where there is none."""
+        """Shortest given period [s], or inf."""
         waves = (*self.components, *(self.heave or ()))
         return min((wave.period for wave in waves), default=math.inf)
 
@@ -359,7 +357,7 @@ class ComponentsShip(ShipKind):
             yield Problem(
                 'ship.components',
                 list(self.components),
-                'has no component, and there is no heave: nothing moves',
+                'has no component, and there is no heave either',
                 'Give at least one {amplitude, period, phase}, or use kind still.',
             )
         for name, components in (('components', self.components), ('heave', self.heave or ())):
@@ -371,13 +369,13 @@ class ComponentsShip(ShipKind):
                 'ship.components',
                 total,
                 'is the sum of the amplitudes [rad], which must be less than π/2: the ship '
-                'capsizes',
+                'would capsize',
                 'Give amplitudes in radians, not degrees.',
             )
 
     @property
     def motions(self) -> tuple[str, ...]:
-        """Roll and heave, where they are given."""
+        """Roll and heave, if they are given."""
         return ('roll',) * bool(self.components) + ('heave',) * bool(self.heave)
 
 

@@ -1,10 +1,9 @@
 """Measured motion: from CSV or a bag, checked, and resampled within a pass-band.
 
-The record is mapped to a uniform grid of its median step by a cubic spline, continued evenly
-(mirrored) at both ends, and transformed by a DCT-I. Of its harmonics, with frequencies n/(2
-length), those with low <= f <= high are kept and the others dropped. The result is a sum of
-cosines, so its derivatives are exact. Mirroring makes its rate zero at both ends of the record, an
-effect that lasts for about 1/high.
+A cubic spline maps the record to a uniform grid of its median step. The record is continued evenly
+(mirrored) at both ends and transformed by a DCT-I. Harmonics of the frequencies n/(2 length) with
+low <= f <= high are kept. The result is a sum of cosines, so its derivatives are exact. Mirroring
+makes its rate zero at both ends, an effect that lasts for about 1/high.
 """
 
 from __future__ import annotations
@@ -45,9 +44,11 @@ IMU_TYPE = 'sensor_msgs/msg/Imu'
 def read_imu(path: Path, name: str, topic: str) -> tuple[ImuSamples, tuple[str, ...]]:
     """Return the Imu messages on a topic in the order stored, by header stamps, and warnings.
 
-    The path is an MCAP file, or a folder of such, read in the order of their numbers. A file that
-    is truncated or damaged is read as far as possible, with a warning. What is not MCAP, and a
-    topic that is missing, empty or not of Imu messages, is a `MotionDataError`.
+    The path is an MCAP file, or a folder of such in the order of their numbers. A truncated or
+    damaged file is read as far as possible, with a warning.
+
+    Raises:
+        MotionDataError: not MCAP, or a topic that is missing, empty or not of Imu messages.
     """
     from tauto_core.bags.read import read_bag  # slow to import
 
@@ -66,7 +67,9 @@ def read_imu(path: Path, name: str, topic: str) -> tuple[ImuSamples, tuple[str, 
     except BagError as error:
         raise MotionDataError(f'{name}: {error}') from error
     if not isinstance(imu, ImuSamples) or not len(imu.stamp_ns):
-        raise MotionDataError(f'{name}: topic {topic!r} holds no message. Name another topic.')
+        raise MotionDataError(
+            f'{name}: topic {topic!r} has no messages. Name a topic with Imu messages.'
+        )
     note = f'the {len(imu.stamp_ns)} Imu messages that can be read are used'
     return imu, tuple(f'{warning}; {note}' for warning in bag.warnings)
 
@@ -88,8 +91,8 @@ LARGEST_MOTION: dict[str, tuple[float, str, str]] = {
 class Recorded(Section):
     """Measured motion, from the named columns of a CSV file or a sensor_msgs/Imu topic of a bag.
 
-    The name of a column ends in its unit: _s, _deg or _rad, _m. Roll is positive with the
-    starboard side down, heave upwards; a negative `scale` reverses both.
+    The name of a column ends in its unit: _s, _deg or _rad, _m. Roll is positive starboard down,
+    heave upwards. A negative `scale` reverses both.
     """
 
     path: OneLine = Field(description='CSV file, .mcap file or rosbag2 folder')
@@ -107,11 +110,11 @@ class Recorded(Section):
 
 
 def recorded_motion(scene: Surroundings, recorded: Recorded) -> Channels:
-    """Read a measured motion and resample it within its pass-band; t = 0 at the first sample.
+    """Read a measured motion and resample it within its pass-band, with t = 0 at the first sample.
 
-    For a CSV file the means are dropped unless the pass-band includes 0 Hz. For a bag the means of
-    roll and specific force are kept, so that the apparent vertical stays where it was measured;
-    the specific force is used as it is, without adding `ship.height` or gravity.
+    From a CSV file the means are dropped unless the pass-band includes 0 Hz. From a bag the means
+    of roll and specific force are kept, to preserve the apparent vertical, and the specific force
+    is used without adding `ship.height` or gravity.
 
     Raises:
         MotionDataError: the file cannot be read or used, or is shorter than the scene.
@@ -121,7 +124,7 @@ def recorded_motion(scene: Surroundings, recorded: Recorded) -> Channels:
     try:
         gaps = _check_times(record, recorded)
         for quantity, (limit, unit, reason) in LARGEST_MOTION.items():
-            # the roll of a bag is an unwrapped angle of any size
+            # a bag's roll is an unwrapped angle of any size
             values = np.empty(0) if in_bag else record.values.get(quantity, np.empty(0))
             wrong = np.flatnonzero(np.abs(values) >= limit)
             if wrong.size:
@@ -171,9 +174,9 @@ def recorded_motion(scene: Surroundings, recorded: Recorded) -> Channels:
 def band_limited(
     time_s: FloatArray, values: FloatArray, passband: tuple[float, float], *, keep_mean: bool
 ) -> Harmonics:
-    """Return the part of a record within a pass-band, as described at the top of this module.
+    """Return the part of a record within a pass-band (see the module).
 
-    Times are from 0 [s], strictly increasing, at least 4; the pass-band [Hz] ends below half the
+    Times are from 0 [s], strictly increasing, at least 4. The pass-band [Hz] ends below half the
     sampling rate.
     """
     length = float(time_s[-1])
@@ -194,11 +197,11 @@ def band_limited(
 
 
 def _read_csv(recorded: Recorded) -> Columns:
-    """Return time, roll and, where named, heave from a CSV; units from the columns' suffixes."""
+    """Return time, roll and optionally heave from a CSV, in units from the columns' suffixes."""
     named = {'time': recorded.time_column or '', 'roll': recorded.roll_column or ''}
     if recorded.heave_column is not None:
         named['heave'] = recorded.heave_column
-    remedy = 'Correct or drop the row; gaps up to max_gap are interpolated.'
+    remedy = 'Correct or drop the row. Gaps up to max_gap are interpolated.'
     try:
         columns = {
             quantity: Column(
@@ -242,12 +245,12 @@ def _read_bag(recorded: Recorded) -> tuple[Columns, tuple[str, ...]]:
 
 
 def _check_times(record: Columns, recorded: Recorded) -> int:
-    """Refuse times and lengths that cannot be resampled; return the number of gaps bridged."""
+    """Refuse times that cannot be resampled. Return the number of gaps bridged."""
     name, time_s = record.name, record['time']
     if len(time_s) < FEWEST_SAMPLES:
         raise MotionDataError(
-            f'{name}: holds {len(time_s)} samples; at least {FEWEST_SAMPLES} are needed. '
-            'Give a longer record.'
+            f'{name}: has {len(time_s)} samples, fewer than the {FEWEST_SAMPLES} needed. '
+            'Use a longer record.'
         )
     step = np.diff(time_s)
     backward = np.flatnonzero(step <= 0.0)
@@ -257,7 +260,7 @@ def _check_times(record: Columns, recorded: Recorded) -> int:
         raise MotionDataError(
             f'{name}, {record.where(at)}: time {time_s[at]:.9g} s after the first sample {what} '
             f'the time before, {time_s[at - 1]:.9g} s; times must increase. '
-            'Sort the record and drop what is double.'
+            'Sort the record and drop duplicates.'
         )
     wide = np.flatnonzero(step > recorded.max_gap)
     if wide.size:
@@ -270,21 +273,21 @@ def _check_times(record: Columns, recorded: Recorded) -> int:
     low, high = recorded.passband
     if high >= 0.5 / median:
         raise MotionDataError(
-            f'{name}: sampled every {median:.6g} s, it holds nothing above {0.5 / median:.6g} Hz, '
+            f'{name}: sampled every {median:.6g} s, it ends at {0.5 / median:.6g} Hz, '
             f'but passband reaches {high!r} Hz. Lower its upper edge.'
         )
     length = float(time_s[-1])
     if length > MOST_STEPS * median:
         raise MotionDataError(
             f'{name}, {record.where(-1)}: the record lasts {length:.6g} s, more than {MOST_STEPS} '
-            f'of its median steps of {median:.6g} s. Cut it where it breaks off.'
+            f'of its median steps of {median:.6g} s. Cut it at the break.'
         )
     needed = max(1.0 / (high - low), 1.0 / low if low else 0.0)
     if length < needed:
         raise MotionDataError(
             f'{name}: lasts {length:.6g} s; the passband {[low, high]} Hz needs at least '
             f'{needed:.6g} s, one period of its lower edge and of its width. '
-            'Give a longer record, or another passband.'
+            'Use a longer record, or raise the lower edge and widen the band.'
         )
     return int(np.count_nonzero(step > 1.5 * median))
 
@@ -339,8 +342,8 @@ class RecordedShip(ShipKind):
                 yield Problem(
                     'ship.recorded.scale',
                     recorded.scale,
-                    'does not go with a bag: a measured specific force holds gravity and cannot '
-                    'be scaled',
+                    'does not go with a bag: a measured specific force contains gravity and '
+                    'cannot be scaled',
                     'Use 1.0, or a CSV of roll and heave.',
                 )
         else:
@@ -368,20 +371,20 @@ class RecordedShip(ShipKind):
             yield Problem(
                 'ship.recorded.passband',
                 band,
-                f'must lie below half of ship.rate, {self.rate / 2.0:.6g} Hz',
+                f'must be below half of ship.rate, {self.rate / 2.0:.6g} Hz',
                 'Lower its upper edge or raise ship.rate.',
             )
         if recorded.scale == 0.0:
             yield Problem(
                 'ship.recorded.scale',
                 recorded.scale,
-                'must not be 0: nothing moves',
+                'must not be 0, which stops all motion',
                 'Use 1.0 for the motion as measured, or ship kind still.',
             )
 
     @property
     def motions(self) -> tuple[str, ...]:
-        """Roll, and the measured channels; a bag has the forces to port and upwards."""
+        """Roll, and the measured channels: from a bag the forces to port and upwards."""
         if self.recorded.topic is not None:
             return 'sway', 'heave', 'roll'
         return ('roll',) if self.recorded.heave_column is None else ('heave', 'roll')

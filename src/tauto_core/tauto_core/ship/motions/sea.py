@@ -63,28 +63,28 @@ if TYPE_CHECKING:
     from tauto_core.ship.hull import ClockPlace, Hull, HullCoefficients, HullError
 
 DAMPING_PARTS = (0.5, 1.5)
-"""Parts of the damping of a roll between which it may lie: bilges, keel and sails vary it."""
+"""Range of the roll damping over its given value, since bilges, keel and sails vary it."""
 
 GYRATION_PARTS = (0.88, 1.12)
-"""Parts of the radius of gyration in pitch: 0.22 to 0.28 of the length around 0.25."""
+"""Range of the radius of gyration in pitch over its value: 0.22 to 0.28 of the length."""
 
 CENTRE_PART = 0.08
-"""Part of the beam by which the centre of gravity may lie off, a metre on 12.6 m; at most by half
-of the metacentric height.
+"""Uncertainty of the height of the centre of gravity over the beam, a metre on 12.6 m, and at most
+half of the metacentric height.
 """
 
 MET_ORDER = 10
-"""Order of the derivative by which seas are compared: that of the error in accelerations, which
-are second derivatives, between eight samples.
+"""Order of the derivative by which seas are compared: the interpolation error between eight
+samples of accelerations, themselves second derivatives, has this order.
 """
 
 
 SWELL_STREAMS = 1_000_000
-"""Number of streams from one sea to the next at the same time; no weather has as many states."""
+"""Offset of streams between simultaneous seas, more than a weather has states."""
 
 
 DrawnSea: TypeAlias = tuple[Sea | SpectrumTable, int, int]
-"""A sea, the seed and the stream with which its waves are drawn."""
+"""A sea, and the seed and the stream of its waves."""
 
 
 @dataclass(frozen=True)
@@ -92,9 +92,9 @@ class SeaMotion:
     """The waves that a ship meets and its motion in them, at encounter frequencies.
 
     Attributes:
-        elevation: elevation of the waves at the ship [m], upwards.
+        elevation: of the waves at the ship [m], upwards.
         roll: [rad], starboard down positive.
-        heave: [m], upwards; None: not set.
+        heave: [m], upwards, or `None`.
         unanswered: shares of the waves' energy above and below the frequencies of the operator.
         six: all motions at the clock, of a ship with a hull.
     """
@@ -108,7 +108,7 @@ class SeaMotion:
 
 @dataclass(frozen=True)
 class WeatherScope:
-    """`Surroundings` that are equal where the weather is the same; errors alone say the name."""
+    """The `Surroundings` on which the weather depends. The name is for errors alone."""
 
     name: str = field(compare=False)
     seed: int
@@ -121,17 +121,17 @@ class WeatherScope:
 
 @lru_cache(maxsize=16)  # a scene and each clock in its sea read them a dozen times
 def _states(setting: WeatherSetting) -> tuple[WeatherState, ...]:
-    """Return the states of a weather; a `SceneError` where it does not go with the scene."""
+    """Return the states of a weather, or raise a `SceneError` if it does not suit the scene."""
     return checked(setting.weather.resolved(setting), setting.scene)
 
 
 class SeaShip(ShipKind):
     """Roll, and heave if set, from waves that the ship meets at a speed and heading.
 
-    The waves are those of one sea, `sea`, or of a sequence of seas, `weather`. Roll follows from a
-    roll equation, `roll`, or from a response amplitude operator, `rao`. Heave equals the
-    elevation, or follows from `rao`; an operator with more than roll and heave gives all motions
-    that it has. A `hull` gives all six; period and damping of her roll are those of `roll`.
+    The waves are one sea, `sea`, or a sequence of seas, `weather`. Roll follows from a roll
+    equation, `roll`, or a response amplitude operator, `rao`. Heave equals the elevation, or
+    follows from `rao`. An operator with more than roll and heave gives all its motions. A `hull`
+    gives all six, with period and damping of the roll from `roll`.
     """
 
     rank = 3
@@ -148,7 +148,7 @@ class SeaShip(ShipKind):
         default=None,
         description='mapping: spectrum, significant_wave_height, peak_period, …; or spectrum '
         'file, path',
-        # replaced by a table before a scene is checked
+        # a table replaces it before the scene is checked
         examples=['file'],
     )
     weather: Annotated[WeatherKind, KindIn(WEATHERS)] | None = Field(
@@ -160,11 +160,11 @@ class SeaShip(ShipKind):
     rao: Rao | None = Field(default=None, description='mapping: path, heading, length')
     hull: HullSection | None = Field(
         default=None,
-        description='mapping: shape (or path), length; or the name of a shape: all six motions, '
-        'from the coefficients of a hull',
+        description='mapping: shape (or path), length; or the name of a shape. A hull gives all '
+        'six motions',
     )
     clock: ClockSection | None = Field(
-        default=None, description='mapping: forward, port: where the clock is in the ship'
+        default=None, description='mapping: forward, port: place of the clock in the ship'
     )
     heading: Heading | None = Field(
         default=None,
@@ -183,7 +183,7 @@ class SeaShip(ShipKind):
 
     @model_validator(mode='after')
     def _cut_where_the_hull_is_still(self) -> Self:
-        # written out, so that the scene of a bag has it; models are frozen once they are made
+        # written out for the scene of a bag. Models are frozen, hence object.__setattr__
         if isinstance(self.sea, Sea) and 'cutoff' not in self.sea.model_fields_set and self.hull:
             cutoff = cutoff_for(self._length, self.sea.peak_period)
             object.__setattr__(self, 'sea', self.sea.model_copy(update={'cutoff': cutoff}))
@@ -194,13 +194,13 @@ class SeaShip(ShipKind):
 
     @property
     def _length(self) -> float | None:
-        """Length of the hull [m]; None where there is none, or none that can sail."""
+        """Length of a valid hull [m], or `None`."""
         from tauto_core.ship.hull import HullError
 
         try:
             return None if self.hull is None else _coefficients(self.hull).length
         except HullError:
-            return None  # refused, by key, when she is to sail
+            return None  # refused, by key, when the ship sails
 
     @property
     def relative_heading(self) -> float:
@@ -211,7 +211,7 @@ class SeaShip(ShipKind):
 
     @property
     def turns_in_space(self) -> bool:
-        """Whether she has more motions than roll and heave: by a hull, or an operator of them."""
+        """Whether it has more motions than roll and heave, by a hull or an operator."""
         return self.hull is not None or (self.rao is not None and self.rao.turns_in_space)
 
     @classmethod
@@ -244,7 +244,7 @@ class SeaShip(ShipKind):
         return sea_metadata(scene, self) if self.weather is None else weather_metadata(scene, self)
 
     def states(self, scene: Surroundings) -> tuple[WeatherState, ...]:
-        """Return the states of the weather; a `SceneError` where it does not go with the scene."""
+        """Return the states of the weather. A `SceneError` refuses one that misfits the scene."""
         return _states(self.setting(scene))
 
     def setting(self, scene: Surroundings) -> WeatherSetting:
@@ -266,21 +266,20 @@ class SeaShip(ShipKind):
             return self
         seas = [sea for state in self.states(scene) for sea in state.alone]
         highest = max(seas, key=lambda state: state.height)
-        # a shortened voyage may end before she leaves a calm
+        # a shortened voyage may end in a calm
         return StillShip() if highest.sea is None else self.in_state(highest)
 
     def worst_seas(self, scene: Surroundings) -> tuple[WorstSea, ...]:
-        """Return the ship in the highest of its seas and in the one whose waves are met fastest.
+        """Return the ship in the highest of its seas and in the one with the fastest waves met.
 
         A high sea makes the clock swing irregularly, and short waves from ahead are sampled worst.
-        The waves met fastest are those whose motion has the largest derivative of order
-        `MET_ORDER`, in which only frequencies count at which the waves have energy. In
-        proportion to it they last as long as all seas together.
+        The fastest waves are those with the largest derivative of order `MET_ORDER` of the motion,
+        in which only frequencies with energy count. They last in proportion to it.
         """
         if self.weather is None:
             return super().worst_seas(scene)
         states = self.states(scene)
-        # of simultaneous seas the worst one
+        # the worst of simultaneous seas
         steepest = [
             max(state.alone, key=lambda sea: self._abruptness(scene, sea))
             if state.swell
@@ -302,7 +301,7 @@ class SeaShip(ShipKind):
             WorstSea(
                 why,
                 told((state,))[0],
-                # a shortened voyage may end before she leaves a calm
+                # a shortened voyage may end in a calm
                 StillShip() if state.sea is None else self.in_state(state),
                 lasts_s if number == fastest else scene.duration,
             )
@@ -311,7 +310,7 @@ class SeaShip(ShipKind):
         )
 
     def seas_at_start(self, scene: Surroundings) -> tuple[ShipKind, ...]:
-        """Return the ship in each sea between which the weather turns at the start."""
+        """Return the ship in each sea between which the weather changes at the start."""
         if self.weather is None:
             return super().seas_at_start(scene)
         states = self.states(scene)
@@ -321,7 +320,7 @@ class SeaShip(ShipKind):
         return tuple(self.in_state(sea) for sea in seas)
 
     def _abruptness(self, scene: Surroundings, state: WeatherState) -> float:
-        """Return the size of the derivative of order `MET_ORDER` of the motion in a state."""
+        """Return the norm of the derivative of order `MET_ORDER` of the motion in a state."""
         if state.sea is None:
             return 0.0
         motion = sea_motion(scene, self.in_state(state))
@@ -330,7 +329,7 @@ class SeaShip(ShipKind):
         return float(np.linalg.norm(wave.amplitude * met**MET_ORDER))
 
     def known_roughly(self, scene: Surroundings) -> Iterator[RoughlyKnown]:
-        """Yield the damping of the roll and, with a hull, how her weights lie (hull.md)."""
+        """Yield the roll damping and, with a hull, two figures of its weights (hull.md)."""
         if self.roll is not None:
             low, high = (part * self.roll.damping_ratio for part in DAMPING_PARTS)
             yield RoughlyKnown(
@@ -343,7 +342,7 @@ class SeaShip(ShipKind):
             return
         hull = _made_hull(self.hull, self.roll, scene.g)
         k_yy = 0.25 * hull.coefficients.length if self.hull.k_yy is None else self.hull.k_yy
-        # a ship with half of her metacentric height is as tender as any that sails
+        # half of the metacentric height makes as tender a ship as any
         aside = min(CENTRE_PART * hull.coefficients.beam, 0.5 * hull.gm)
         for key, low, high in (
             ('k_yy', GYRATION_PARTS[0] * k_yy, GYRATION_PARTS[1] * k_yy),
@@ -358,13 +357,13 @@ class SeaShip(ShipKind):
 
     @property
     def roll_scales(self) -> bool:
-        """False where roll, sway and yaw belong together."""
+        """False with more motions than roll and heave, since the roll is coupled to others."""
         return not self.turns_in_space
 
     def with_roll_scaled(self, factor: float) -> Self:
-        """Return the ship with another slope coefficient, or response operator."""
+        """Return the ship with its slope coefficient, or its roll operator, times a factor."""
         if self.roll is not None:
-            # only a scene with a hull has none, and its roll does not scale
+            # missing only with a hull, and its roll does not scale
             assert self.roll.slope_coefficient is not None
             slope = factor * self.roll.slope_coefficient
             roll = self.roll.model_copy(update={'slope_coefficient': slope})
@@ -388,7 +387,7 @@ class SeaShip(ShipKind):
                 weather is not None and weather.follow_route and self.speed,
                 'ship.speed',
                 self.speed,
-                'does not go with ship.weather.follow_route: the voyage has a speed',
+                'does not go with ship.weather.follow_route: the voyage gives the speed',
                 'Leave one of them out.',
             ),
             (
@@ -442,14 +441,14 @@ class SeaShip(ShipKind):
                 bare and self.roll is not None and self.roll.slope_coefficient is None,
                 'ship.roll.slope_coefficient',
                 ABSENT,
-                'is missing, and there is no hull that answers to the slope of the waves',
+                'is missing, and there is no hull',
                 'Write for example `slope_coefficient: 0.7`, or `hull: sloop` in ship.',
             ),
             (
                 bare and clock is not None and not self.turns_in_space,
                 'ship.clock',
                 ABSENT,
-                'is a place in a hull, and there is none',
+                'is a place in a hull, which the ship lacks',
                 'Write `hull: …` in ship, or leave it out.',
             ),
             (
@@ -461,7 +460,7 @@ class SeaShip(ShipKind):
             ),
         )
         if bare and clock is not None and rao is not None:
-            # without a length that of the longest ship; none is wider than half of it
+            # by default the longest ship. A ship is at most half as wide as long
             length = rao.length or 400.0
             for key, limit in (('forward', 0.5 * length), ('port', 0.25 * length)):
                 at = getattr(clock, key)
@@ -469,13 +468,13 @@ class SeaShip(ShipKind):
                     yield Problem(
                         f'ship.clock.{key}',
                         at,
-                        f'must lie in [{-limit:g}, {limit:g}] m: the clock is outside the ship',
+                        f'must be in [{-limit:g}, {limit:g}] m: the clock is outside the ship',
                         "Measure from the operator's origin.",
                     )
 
     @property
     def motions(self) -> tuple[str, ...]:
-        """All with a hull, those of an operator, or roll and, if set, heave."""
+        """All with a hull, the operator's, or roll and, if set, heave."""
         if self.hull is not None:
             return MOTIONS
         if self.turns_in_space:
@@ -509,20 +508,20 @@ def _made_hull(keys: HullSection, roll: Roll, gravity: float) -> Hull:
         k_zz=keys.k_zz,
         centre_of_gravity=keys.centre_of_gravity,
     )
-    # C44 is that of the period, so that a hull taken by itself moves with any; no ship floats so
+    # C44 follows from the period, so the hull by itself would move with any centre of gravity
     if keys.centre_of_gravity is not None and keys.centre_of_gravity >= hull.metacentre:
         raise HullError(
             'centre_of_gravity',
             keys.centre_of_gravity,
-            f'must be below the metacentre, {hull.metacentre:.3g} m over the waterline: her '
-            'metacentric height is negative, and she capsizes',
-            'Leave it out: it is then the height that gives her roll its period.',
+            f'must be below the metacentre, {hull.metacentre:.3g} m over the waterline: with a '
+            'negative metacentric height the ship capsizes',
+            'Leave it out: it then follows from the period of the roll.',
         )
     return hull
 
 
 ANSWERS_KEPT = 1024
-"""Seas whose answers are kept in memory, 9 kB each: a passage asks for each of them many times."""
+"""Seas with motions kept in memory, 9 kB each: a passage needs each of them many times."""
 
 
 @lru_cache(maxsize=ANSWERS_KEPT)
@@ -534,14 +533,14 @@ def _answered(
 
 
 def _in_keys(scene: Surroundings, error: HullError) -> SceneError:
-    """Return the refusal of a hull or an operator in the keys of a scene."""
+    """Return the refusal of a hull or an operator in terms of a scene's keys."""
     problem = error.problem
     key = _KEYS_OF_HULLS.get(problem.key, f'hull.{problem.key}')
     return SceneError(scene.name, f'ship.{key}', problem.value, problem.problem, problem.remedy)
 
 
 def _check_course(scene: Surroundings, ship: SeaShip, state: WeatherState) -> None:
-    """Refuse the heading or speed in a state of the weather for which the ship has no answer."""
+    """Refuse a state's heading or speed that the hull or operator does not cover."""
     from tauto_core.ship.hull import HullError
     from tauto_core.ship.passage import Passage
     from tauto_core.ship.sea import check_operator
@@ -554,7 +553,7 @@ def _check_course(scene: Surroundings, ship: SeaShip, state: WeatherState) -> No
     except HullError as error:
         problem, voyage = error.problem, scene.voyage
         if problem.key not in ('speed', 'heading'):
-            raise _in_keys(scene, error) from None  # she has none on any course
+            raise _in_keys(scene, error) from None  # a fault on any course
         where = f'after {state.at_ns / NS_PER_S / DAY_S:.3g} days'
         if voyage is not None:
             times = Passage(scene, voyage).places_ns
@@ -587,10 +586,11 @@ def course_of(scene: Surroundings, ship: SeaShip) -> Encounter:
 
 
 def sea_motion(scene: Surroundings, ship: SeaShip, stream: int = 0) -> SeaMotion:
-    """Return waves, roll and heave of a ship in one sea; each state of a weather has a stream.
+    """Return waves, roll and heave of a ship in one sea. Each state of a weather has a stream.
 
-    A `SceneError` says that the waves are too short for `ship.rate`, or that hull or operator
-    have no answer at this speed or heading.
+    Raises:
+        SceneError: waves too short for `ship.rate`, or a speed or heading that the hull or
+            operator does not cover.
     """
     assert ship.sea is not None
     course = course_of(scene, ship)
@@ -633,7 +633,7 @@ def sea_motion(scene: Surroundings, ship: SeaShip, stream: int = 0) -> SeaMotion
 
 
 def _check_rate(scene: Surroundings, ship: SeaShip, omega: FloatArray, key: str) -> None:
-    """Refuse waves that the samples of the motion cannot follow."""
+    """Refuse waves that are too short for the samples of the motion."""
     assert ship.sea is not None
     shortest = float(np.max(np.abs(course_of(scene, ship).frequency(omega)))) / (2.0 * np.pi)
     if shortest < 0.5 * ship.rate:
@@ -651,7 +651,7 @@ def _check_rate(scene: Surroundings, ship: SeaShip, omega: FloatArray, key: str)
 
 
 def weather_channels(scene: Surroundings, ship: SeaShip) -> Channels:
-    """Return roll and heave in one sea after another; refuses as `sea_motion`, for any state."""
+    """Return roll and heave in one sea after another. Refuse any state like `sea_motion`."""
     states = ship.states(scene)
     above = below = 0.0
     for number, state in enumerate(states):
@@ -660,7 +660,7 @@ def weather_channels(scene: Surroundings, ship: SeaShip) -> Channels:
                 continue
             ship_in_sea = ship.in_state(alone)
             low, high = (2.0 * np.pi * edge for edge in band_hz(alone.sea))
-            # between the ends of the band the encounter frequency may have an extreme
+            # the encounter frequency may have an extreme within the band
             along = alone.speed * math.cos(alone.heading)
             turns = 0.5 * scene.g / along if along > 0.0 else low
             band = np.array([low, high, min(max(turns, low), high)])
@@ -693,7 +693,7 @@ def weather_channels(scene: Surroundings, ship: SeaShip) -> Channels:
 
 
 def weather_metadata(scene: Surroundings, ship: SeaShip) -> dict[str, Any]:
-    """Return a description of the seas and of how the ship meets them, for reports and bags."""
+    """Return a description of the seas and of the ship's course in them, for reports and bags."""
     assert ship.weather is not None
     weather, states = ship.weather, ship.states(scene)
     heights = [state.height for state in states]
@@ -712,7 +712,7 @@ def weather_metadata(scene: Surroundings, ship: SeaShip) -> dict[str, Any]:
 
 
 def sea_metadata(scene: Surroundings, ship: SeaShip) -> dict[str, Any]:
-    """Return a description of a sea and of how the ship meets it, for reports and bags."""
+    """Return a description of a sea and of the ship's course in it, for reports and bags."""
     sea = ship.sea
     assert sea is not None
     height, period = height_and_period(sea)
@@ -738,7 +738,7 @@ def sea_metadata(scene: Surroundings, ship: SeaShip) -> dict[str, Any]:
 
 
 def _moved_by(ship: SeaShip) -> dict[str, str]:
-    """Return the metadata of the operator or hull in the waves; empty for a roll equation."""
+    """Return the metadata of the operator or hull, empty for a roll equation."""
     if ship.rao is not None:
         return {'operator': ship.rao.source}
     if ship.hull is None:
@@ -748,18 +748,18 @@ def _moved_by(ship: SeaShip) -> dict[str, str]:
 
 
 def sea_warnings(above: float, below: float) -> tuple[str, ...]:
-    """Return warnings where waves have energy outside the frequencies of the operator.
+    """Return warnings of waves outside the frequencies of the operator.
 
     Args:
-        above: share of their energy beyond its highest frequency; in weather of the worst sea.
-        below: the same under its lowest.
+        above: share of their energy beyond its highest frequency, in the worst sea.
+        below: share of their energy below its lowest.
     """
     cases = (
-        (above, 'beyond', 'not to move the ship'),
-        (below, 'under', 'to move her as their surface does'),
+        (above, 'above', 'not to move the ship'),
+        (below, 'below', 'to move it as their surface does'),
     )
     return tuple(
-        f'{100.0 * share:.2g} % of the energy of the waves lies {where} the frequencies of '
+        f'{100.0 * share:.2g} % of the energy of the waves is {where} the frequencies of '
         f'ship.rao: these waves are taken {how}'
         for share, where, how in cases
         if share

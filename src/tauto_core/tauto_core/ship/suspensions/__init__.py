@@ -29,14 +29,14 @@ FOLDER = 'tauto_core.ship.suspensions'
 
 
 class SuspensionKind(Kind):
-    """The clock's case hung in the ship; named by a module of `ship/suspensions`.
+    """The clock's case hung in the ship, a kind of `ship/suspensions`.
 
     Attributes:
-        link: length e of the link between ship and case [m]; 0 where the case turns about a point
-            of the ship.
-        is_damped: whether anything damps the swing of the case.
+        link: length e of the link between ship and case [m], 0 if the case turns about a point of
+            the ship.
+        is_damped: whether the swing of the case is damped.
         sticks: whether dry friction holds the case in the ship at times.
-        plane: the plane in which its case holds a thread, None where that is the trochlea's.
+        plane: the plane in which the case holds a thread, `None` for the trochlea's.
     """
 
     link: ClassVar[float] = 0.0
@@ -51,36 +51,35 @@ class SuspensionKind(Kind):
 
     @property
     def is_linear(self) -> bool:
-        """Whether the case swings by linear equations, in which the clock does not enter."""
+        """Whether the case swings by linear equations, independent of the clock."""
         return not self.large_angles
 
     def frequencies(self, gravity: float) -> tuple[float, ...]:
-        """Return ω of each mode of the case on its own, the slower first [rad/s]."""
+        """Return ω of each mode of the free case, the slower first [rad/s]."""
         raise NotImplementedError
 
     def answer(self, frequency: FloatArray, gravity: float, duration_s: float) -> NDArray[Any]:
-        """Return φ/τ for waves of frequency Ω [rad/s], as far as they get in the duration [s]."""
+        """Return the amplitude ratio φ/τ in waves of frequency Ω [rad/s].
+
+        At resonance it is the amplitude reached by the end of the duration [s].
+        """
         raise NotImplementedError
 
     def swing(self, gravity: float, tolerance: float | None) -> CaseSwing:
-        """Return the law that moves the case; imports kernels."""
+        """Return the law that moves the case. Imports kernels."""
         raise NotImplementedError
 
     def wider(self, frequency: float, gravity: float) -> float:
-        """Return the gyration_radius with which the fast mode has a frequency [rad/s], or inf."""
+        """Return the gyration_radius that gives the fast mode a frequency [rad/s], or inf."""
         raise NotImplementedError
 
     def problems(self, *, still: bool) -> Iterator[Problem]:
-        """Yield the contradictions between its keys.
-
-        Args:
-            still: whether the ship lies still.
-        """
+        """Yield the contradictions between its keys, on a ship at rest or under way."""
         if still:
             yield Problem(
                 'suspension',
                 self.kind,
-                'has nothing to do on a ship that lies still: the case hangs at rest',
+                'is not for a ship at rest, on which the case hangs still',
                 'Leave it out, or let the ship move.',
             )
         if self.depth <= 0.0:
@@ -88,8 +87,7 @@ class SuspensionKind(Kind):
             yield Problem(
                 'suspension.depth',
                 self.depth,
-                'must be greater than 0: a case whose centre of gravity does not hang below its '
-                'axle topples',
+                'must be greater than 0: a case with its centre of gravity above its axle topples',
                 f'Use for example {abs(below) or 0.1!r}: positive is below the axle.',
             )
         if self.gyration_radius <= 0.0:
@@ -118,7 +116,7 @@ class AxleSuspension(SuspensionKind):
 
     kind: Literal['axle'] = 'axle'
     support_radius: Positive = Field(description='radius of the hollow bearing [m]')
-    axle_radius: Positive = Field(description='radius of the axle that lies in it [m]')
+    axle_radius: Positive = Field(description='radius of the axle in it [m]')
     depth: Number = Field(
         description="depth of the case's centre of gravity, where the clock "
         "is, below the axle's centre [m]"
@@ -146,7 +144,7 @@ class AxleSuspension(SuspensionKind):
         return math.sqrt(slow), math.sqrt(fast)
 
     def answer(self, frequency: FloatArray, gravity: float, duration_s: float) -> FloatArray:
-        """Return φ/τ for waves of frequency Ω, and at resonance as far as they get."""
+        """Return φ/τ for waves of frequency Ω, limited at resonance by the duration."""
         squared = self.gyration_radius**2
         return answers(self.modes, self.depth, squared, frequency, gravity, duration_s)[1]
 
@@ -158,7 +156,7 @@ class AxleSuspension(SuspensionKind):
         return AxleSwing(*shape, tolerance=tolerance) if self.large_angles else AxleModes(*shape)
 
     def wider(self, frequency: float, gravity: float) -> float:
-        """Return the gyration_radius with which the fast mode has a frequency [rad/s], or inf."""
+        """Return the gyration_radius that gives the fast mode a frequency [rad/s], or inf."""
         b, c, e = gravity / frequency**2, self.depth, self.link
         return math.sqrt(c * b * (c + e - b) / (e - b)) if b < e else math.inf
 
@@ -168,8 +166,8 @@ class AxleSuspension(SuspensionKind):
             yield Problem(
                 'suspension.support_radius',
                 self.support_radius,
-                f'must be larger than suspension.axle_radius, {self.axle_radius!r} m: on a '
-                'bearing that is not hollow h′ is negative, and the case falls from it',
+                f'must be larger than suspension.axle_radius, {self.axle_radius!r} m: the bearing '
+                'would not be hollow, and the case would fall from it',
                 f'Use for example {2.0 * self.axle_radius!r}, or a thinner axle.',
             )
         yield from super().problems(still=still)
@@ -179,14 +177,14 @@ class AxleSuspension(SuspensionKind):
 # Gimbals: a pendulum on pivots fixed in the ship.
 
 LARGEST_FRICTION = 0.5
-"""Largest tilt at which friction may hold a case that counts as hung [rad]."""
+"""Largest tilt at which friction may hold a hung case [rad]."""
 
 
 class GimbalsSuspension(SuspensionKind):
     """The clock's case in gimbals: a pendulum on pivots fixed in the ship (suspension.md).
 
-    The inner ring turns about the axis of the roll; the outer one keeps that axis level fore and
-    aft, without friction.
+    The inner ring turns about the roll axis. The outer one keeps that axis level fore and aft,
+    without friction.
     """
 
     rank = 2
@@ -209,23 +207,22 @@ class GimbalsSuspension(SuspensionKind):
     )
     damping_ratio: NonNegative = Field(
         default=0.0,
-        description='damping of its small swings in pivots that rub in proportion to the speed, '
-        'over the critical one',
+        description='damping ratio of its small swings by viscous friction in the pivots',
     )
     friction_angle: Annotated[float, Strict(), Field(ge=0.0, le=LARGEST_FRICTION)] = Field(
         default=0.0,
-        description='tilt up to which the dry friction of the pivots holds the case on a ship at '
-        'rest [rad], at most 0.5',
+        description='largest tilt at which the dry friction of the pivots holds the case on a '
+        'ship at rest [rad], at most 0.5',
     )
 
     @property
     def is_damped(self) -> bool:  # type: ignore[override]
-        """Whether its pivots rub."""
+        """Whether the pivots have friction."""
         return self.damping_ratio > 0.0 or self.sticks
 
     @property
     def sticks(self) -> bool:  # type: ignore[override]
-        """Whether its pivots rub dry."""
+        """Whether the pivots have dry friction."""
         return self.friction_angle > 0.0
 
     @property
@@ -238,9 +235,9 @@ class GimbalsSuspension(SuspensionKind):
         return (math.sqrt(gravity * self.pull),)
 
     def answer(self, frequency: FloatArray, gravity: float, duration_s: float) -> NDArray[Any]:
-        """Return φ/τ of small swings, complex, and at resonance as far as it gets.
+        """Return φ/τ of small swings, complex, limited at resonance by the duration.
 
-        Dry friction is left out, and the roll, against which the pivots rub.
+        Dry friction is left out, and so is the roll against which the pivots rub.
         """
         square = gravity * self.pull
         damped = 2.0 * self.damping_ratio * math.sqrt(square) * frequency
@@ -260,7 +257,7 @@ class GimbalsSuspension(SuspensionKind):
         )
 
     def wider(self, frequency: float, gravity: float) -> float:
-        """Return the gyration_radius with which its swing has a frequency [rad/s], or inf."""
+        """Return the gyration_radius that gives the swing a frequency [rad/s], or inf."""
         square = gravity * self.depth / frequency**2 - self.depth**2
         return math.sqrt(square) if square > 0.0 else math.inf
 
@@ -271,7 +268,7 @@ class GimbalsSuspension(SuspensionKind):
                 'suspension.damping_ratio',
                 self.damping_ratio,
                 'must be at most 1, above which the case creeps back and goes with the ship',
-                'Use for example 0.1; if 10 per cent are meant, write 0.1.',
+                'Use for example 0.1, which is 10 per cent.',
             )
         yield from super().problems(still=still)
 
