@@ -1,8 +1,7 @@
 """The coasts of the world for maps: Natural Earth's land at 1:50 million, cut to a frame.
 
-`land` returns outlines in degrees; a `Chart` with `is_map` draws them by itself. Longitudes may
-run beyond ±180°, as those of a voyage across the Pacific do. `place_name` names a port, `ocean_of`
-the ocean of a place.
+`land` returns outlines in degrees, and a `Chart` with `is_map` draws them. Longitudes may run
+beyond ±180°, for voyages across the Pacific. `place_name` names a port, `ocean_of` the ocean.
 """
 
 from __future__ import annotations
@@ -20,19 +19,19 @@ if TYPE_CHECKING:
     from tauto_core.scene.sections import Itinerary
 
 HUNDREDTH_DEG = 0.01
-"""Unit of the built-in coordinates [°], 0.6 nautical miles of latitude."""
+"""Unit of the stored coordinates [°], 0.6 nautical miles of latitude."""
 FINEST = 1000
-"""Number of steps across a frame to which its coasts are thinned: about a pixel."""
+"""Coasts are thinned to this number of steps across a frame, about a pixel each."""
 NARROWEST_DEG = 0.5
 """Least height and width of a frame [°]: 30 nautical miles of latitude."""
 MARGIN = 0.06
-"""Margin about the places of a map, over the larger side of its frame."""
+"""Margin about the places of a map, as a share of the larger side of its frame."""
 STEEPEST_DEG = 84.0
-"""Latitude [°] at and beyond which the scale of a map no longer follows the meridians."""
+"""Largest latitude [°] to which the scale of a map follows the meridians."""
 
 
 class MapFrame(NamedTuple):
-    """The sides of a map [°]; west < east, and south < north."""
+    """The sides of a map [°], with west < east and south < north."""
 
     west: float
     south: float
@@ -41,7 +40,7 @@ class MapFrame(NamedTuple):
 
     @property
     def stretch(self) -> float:
-        """Length of a degree of latitude over one of longitude, in the middle of the map."""
+        """Length of a degree of latitude over a degree of longitude, in the middle of the map."""
         middle = min(abs(0.5 * (self.south + self.north)), STEEPEST_DEG)
         return 1.0 / math.cos(math.radians(middle))
 
@@ -50,9 +49,8 @@ def map_frame(longitude: FloatArray, latitude: FloatArray, ratio: float = 0.0) -
     """Return the frame of places [°], with a margin about them.
 
     Args:
-        longitude, latitude: (n,), n > 0; values that are not finite are ignored.
-        ratio: width over height of the drawn map; the shorter side is enlarged to it. 0: the
-            frame is as the places need it.
+        longitude, latitude: (n,), n > 0. Values that are not finite are ignored.
+        ratio: width over height of the drawn map, to which the shorter side is enlarged, or 0.
     """
     finite = np.isfinite(longitude) & np.isfinite(latitude)
     x, y = longitude[finite], latitude[finite]
@@ -76,7 +74,7 @@ def land(of: MapFrame) -> list[FloatArray]:
     """Return the land within a frame as closed outlines, (2, n) each: longitude, latitude [°].
 
     An outline that leaves the frame runs along its sides. An outline within another is water: fill
-    all of them by the rule of even and odd. They are thinned to a thousandth of the frame.
+    all by the even-odd rule. They are thinned to a thousandth of the frame.
     """
     west, south, east, north = of
     finest = max(max(east - west, north - south) / FINEST, HUNDREDTH_DEG)
@@ -87,8 +85,8 @@ def land(of: MapFrame) -> list[FloatArray]:
             continue
         west_turn = math.ceil((west - high[0]) / 360.0)
         east_turn = math.floor((east - low[0]) / 360.0)
-        # of points that fall on one square of a grid the first; an island smaller than the grid
-        # keeps its points: St Helena is a destination
+        # keep the first point in each square of a grid. Small islands keep all: St Helena is a
+        # destination
         cell = np.floor(outline / finest)
         mask = np.concatenate(([True], np.any(np.diff(cell, axis=1) != 0.0, axis=0)))
         mask[-1] = True
@@ -131,7 +129,7 @@ def _cut(outline: FloatArray, of: MapFrame) -> FloatArray:
         share = (limit - previous[axis]) / np.where(crosses, step[axis], 1.0)
         where = previous + share * step
         where[axis] = limit
-        # at each point: where its side crosses the limit, then the point if it is inside
+        # for each point: the crossing of its side with the limit, then the point if it is inside
         corners = np.stack((where, outline), axis=2).reshape(2, -1)
         outline = corners[:, np.column_stack((crosses, is_inside)).ravel()]
     if outline.shape[1] and np.any(outline[:, 0] != outline[:, -1]):
@@ -140,7 +138,7 @@ def _cut(outline: FloatArray, of: MapFrame) -> FloatArray:
 
 
 NAMED_NMI = 60.0
-"""Distance within which a place has the name of the port or island near it [nmi]."""
+"""Distance up to which a place has the name of a port or island [nmi]."""
 
 PLACES = {
     'Portsmouth': (50.80, -1.10),
@@ -178,11 +176,11 @@ PLACES = {
     'Halifax': (44.65, -63.57),
     'Québec': (46.81, -71.20),
 }
-"""Ports and islands of the age of sail: latitude and longitude, north and east positive [°]."""
+"""Ports and islands of the age of sail: latitude north, longitude east [°]."""
 
 
 def place_name(latitude: float, longitude: float) -> str:
-    """Return the name of the nearest of `PLACES` [°]; empty if none is within `NAMED_NMI`."""
+    """Return the name of the nearest of `PLACES`, or '' if it is farther than `NAMED_NMI`."""
     east = math.cos(math.radians(latitude))
 
     def away_nmi(name: str) -> float:
@@ -195,19 +193,20 @@ def place_name(latitude: float, longitude: float) -> str:
 
 
 # -----------------------------------------------------------------------------
-# Places that lie on land.
+# Places on land.
 
 _KM_PER_DEG = 60.0 * 1.852
-# Distance within which the nearest coast is sought.
+# Largest distance at which a coast is sought.
 _FARTHEST_KM = 200.0
-# Bands of a degree on either side that hold it: 220 km.
+# Bands of a degree on either side that cover it: 220 km.
 _REACH = 2
 
 
 @cache
 def _sides() -> tuple[FloatArray, ...]:
-    """Return the sides of all outlines by bands of a degree of latitude from the south, each
-    (4, n): longitude and latitude of both ends [°].
+    """Return the sides of all outlines, for each degree of latitude from the south.
+
+    Each array, (4, n), holds longitude and latitude of both ends [°].
     """
     sides = np.concatenate(
         [np.concatenate((line[:, :-1], line[:, 1:])) for line in _outlines()], axis=1
@@ -218,10 +217,10 @@ def _sides() -> tuple[FloatArray, ...]:
 
 
 def inland_km(latitude: float, longitude: float) -> float:
-    """Return how far inland a place lies, in a straight line to the nearest coast [km].
+    """Return the distance of a place on land from the nearest coast [km].
 
-    It is 0 at sea, and inf where no coast is within 200 km. The coasts are those of the maps, good
-    to a few kilometres; islands that they lack are sea.
+    It is 0 at sea, and inf beyond 200 km. The coasts are good to a few kilometres. Islands that
+    are not on the map are sea.
     """
     square = math.floor(latitude), math.floor(math.remainder(longitude, 360.0))
     at_sea = _is_open(*square) or not _is_land(latitude, longitude)
@@ -238,10 +237,7 @@ def _is_land(latitude: float, longitude: float) -> bool:
 
 @cache
 def _is_open(south: int, west: int) -> bool:
-    """Return whether a square of a degree has neither land nor, by its corners, a coast.
-
-    Most entries of a log lie in such squares, and many in the same.
-    """
+    """Return whether a square of a degree has neither land nor coast, as for most log entries."""
     x, _, to_x, _ = _sides()[south + 90]
     low, high = np.minimum(x, to_x), np.maximum(x, to_x)
     begins = np.array(_turns(west + 0.5))[:, None] - 0.5
@@ -250,11 +246,11 @@ def _is_open(south: int, west: int) -> bool:
 
 
 LANDFALL_KM = 30.0
-"""Distance from the coast to which a place at sea may be a landfall; maps err by less [km]."""
+"""Largest distance from the coast of a landfall [km]. The maps err by less."""
 
 
 def no_landfall(latitude: float, longitude: float) -> str | None:
-    """Return where a place lies at sea, too far from a coast for a landfall; else None."""
+    """Return a text if a place at sea is too far from the coast for a landfall, else `None`."""
     offing = coast_km(latitude, longitude)
     if inland_km(latitude, longitude) or offing <= LANDFALL_KM:
         return None
@@ -263,7 +259,7 @@ def no_landfall(latitude: float, longitude: float) -> str | None:
 
 
 def ends_of(voyage: Itinerary | None, duration_s: float) -> dict[str, str]:
-    """Return `ends` of a result: where a log that is sailed to its end makes no landfall."""
+    """Return `ends` of a result if the whole log is sailed and ends without a landfall."""
     log = None if voyage is None else voyage.log
     if log is None or log.at[-1] > duration_s:
         return {}
@@ -274,7 +270,7 @@ def ends_of(voyage: Itinerary | None, duration_s: float) -> dict[str, str]:
 def coast_km(latitude: float, longitude: float) -> float:
     """Return the distance of a place, at sea or on land, from the nearest coast [km].
 
-    It is inf where no coast of the maps is within 200 km.
+    It is inf beyond 200 km.
     """
     band, west, east = _sides_about(math.floor(latitude))
     scale = np.array([[math.cos(math.radians(latitude))], [1.0]]) * _KM_PER_DEG
@@ -292,35 +288,31 @@ def coast_km(latitude: float, longitude: float) -> float:
 
 @cache
 def _sides_about(south: int) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the sides of outlines about a band of a degree, and their ends in the west and east.
-
-    The band begins at `south` [°].
-    """
+    """Return the sides of outlines near a band from `south` [°], their west and east ends."""
     bands, band = _sides(), south + 90
     sides = np.concatenate(bands[max(band - _REACH, 0) : band + _REACH + 1], axis=1)
     return sides, np.minimum(sides[0], sides[2]), np.maximum(sides[0], sides[2])
 
 
 def _turns(longitude: float) -> tuple[float, float, float]:
-    """Return a longitude as it may stand in the outlines: some run beyond ±180° [degrees]."""
+    """Return a longitude [°] and its equivalents, as some outlines run beyond ±180°."""
     middle = math.remainder(longitude, 360.0)
     return middle, middle - 360.0, middle + 360.0
 
 
 # -----------------------------------------------------------------------------
-# Oceans. The meridians that part them are those of the International Hydrographic Organization
-# (Limits of Oceans and Seas, 1953): Cape Agulhas, the South East Cape of Tasmania, Cape Horn.
-# Inner seas count with their ocean, the Mediterranean and the polar seas of Europe with the
-# Atlantic. North of Australia a line through the islands, and the Isthmus
-# of America by a few points, take the place of coasts.
+# Oceans, parted by meridians of the International Hydrographic Organization (Limits of Oceans and
+# Seas, 1953): Cape Agulhas, the South East Cape of Tasmania, Cape Horn. Inner seas count with
+# their ocean, the Mediterranean and the polar seas of Europe with the Atlantic. A line through the
+# islands north of Australia and a few points along America replace the coasts.
 
 OCEANS = ('North Atlantic', 'South Atlantic', 'Indian Ocean', 'North Pacific', 'South Pacific')
 
 _AGULHAS_DEG, _TASMANIA_DEG, _HORN_DEG = 20.0, 146.8167, -67.2667
-# Latitude of the islands from Java to Timor, north of which the Pacific begins at Sumatra.
+# Latitude of the islands from Java to Timor. North of it the Pacific begins at Sumatra.
 _ISLES_DEG = -8.0
 _SUMATRA_DEG = 100.0
-# North of the gulfs of Suez and Persia no water east of 20° E is that of the Indian Ocean.
+# North of the gulfs of Suez and Persia no water east of 20° E belongs to the Indian Ocean.
 _SUEZ_DEG = 30.5
 
 # fmt: off
@@ -330,11 +322,11 @@ _DIVIDE_DEG = np.array([
     (17.0, -94.5), (20.0, -100.0), (30.0, -108.0), (60.0, -125.0),
 ])
 # fmt: on
-"""Latitudes and longitudes of points between the oceans in America, from Cape Horn northwards."""
+"""Latitude and longitude of the divide between the oceans in America, from Cape Horn north."""
 
 
 def ocean_of(latitude: float, longitude: float) -> str:
-    """Return the one of `OCEANS` in which a place lies, in degrees; the equator is northern."""
+    """Return the ocean of a place [°], one of `OCEANS`. The equator is northern."""
     east = math.remainder(longitude, 360.0)
     north = latitude >= 0.0
     divide = _HORN_DEG if latitude < _DIVIDE_DEG[0, 0] else np.interp(latitude, *_DIVIDE_DEG.T)

@@ -3,17 +3,18 @@
 Formats, recognised by the beginning of a file:
 
 - our columns: `passage`, `utc`, `latitude`, `longitude` [degrees, north and east +],
-  `wind_from_deg`, `wind_mps`, and where known `air_celsius`, `nation`, `ship`, `from`, `to`;
-- CLIWOC's tables with a header, of release 1.5 (`UTC`, `Lat3`, `Lon3`; winds in words, by the
-  tables `Lookup_*_WindForce.csv` and `Lookup_*_WindDirection.csv` beside it) and 2.1 (`YR`, …);
+  `wind_from_deg`, `wind_mps`, and optionally `air_celsius`, `nation`, `ship`, `from`, `to`;
+- CLIWOC's tables with a header: release 2.1 (`YR`, …), and release 1.5 (`UTC`, `Lat3`, `Lon3`)
+  with winds in words, translated by `Lookup_*_WindForce.csv` and `Lookup_*_WindDirection.csv` in
+  the same folder;
 - CLIWOC's text: the core of the International Maritime Meteorological Archive (108 characters),
   and the attachment of release 2.1 for the names;
 - tracks in GPX (by gpxpy, the extra `gpx`), with a CSV file of winds: `utc`, `wind_from_deg`,
   `wind_mps`, `air_celsius`.
 
-Any of them may be compressed (`.gz`). In our columns the rows of one name are a passage, and a
-faulty passage is refused. In the other formats the entries of a log are sorted, and a passage ends
-at a gap longer than `LONGEST_GAP_DAYS` or at a step faster than a ship sails.
+Any of them may be compressed (`.gz`). In our columns the rows of one name form a passage, and a
+faulty passage is refused. In the other formats the entries of a log are sorted by time, and a
+passage ends at a gap longer than `LONGEST_GAP_DAYS` or at a step faster than a ship sails.
 """
 
 from __future__ import annotations
@@ -73,27 +74,27 @@ from tauto_core.scene.times import DAY_S, in_utc, number_in, utc_on
 from tauto_core.wording import counted
 
 LONGEST_GAP_DAYS = 6.0
-"""Longest time between two entries of one passage, where a format does not name passages."""
+"""Longest time between two entries of a passage, if the format does not name passages."""
 
 LEAST_ENTRIES = 25
-"""Fewest entries of a passage there; shorter pieces are left out."""
+"""Fewest entries of such a passage. Shorter pieces are left out."""
 
 FAST_KNOTS = 10.0
-"""Speed from noon to noon from which a step is doubtful [knots]."""
+"""Mean speed between two entries above which a step is doubtful [knots]."""
 
 WINDY_MPS = 13.0
-"""Mean wind of a passage from which its unit is doubtful [m/s].
+"""Mean wind of a passage above which its unit is doubtful [m/s].
 
-The 371 passages of CLIWOC tried have 4.0 to 12.6, in the median 7.9, which is 15.4 knots.
+371 passages of CLIWOC have 4.0 to 12.6 m/s. Their median, 7.9 m/s, is 15.4 knots.
 """
 
 MOST_ROWS_TOLD = 12
-"""Wrong rows of a passage that are named beside the first; `tauto logbook` tells all."""
+"""Wrong rows that an error lists after the first. `tauto logbook` lists all."""
 
 FORMS = 'our columns (passage, utc, latitude, …), tables or texts of CLIWOC, or GPX tracks'
 
 _WORDS = {'ship': 'ship', 'nation': 'nation', 'sailed_from': 'from', 'bound_to': 'to'}
-"""Names of a passage, and their columns in our tables."""
+"""Names of a passage and their columns in our tables."""
 
 Progress = Callable[[float], None]
 
@@ -103,14 +104,15 @@ class LoggedPassage:
     """A passage of a log-book.
 
     Attributes:
-        name: by which a scene asks for it: day of the first entry and number of the voyage, or
-            the name of the track.
+        name: key in a scene: day of the first entry and number of the voyage, or the name of the
+            track.
         source: name of the file.
-        lines: place of each entry in the file.
+        lines: line or point of each entry in the file.
         entries: as `voyage.log.entries`.
-        wrong: a cell that cannot be read, which makes the passage unusable.
-        left_out: number of entries of this log that were dropped, within an hour of others.
-        lost: numbers of rows of its log that were dropped for another reason, by the reason.
+        wrong: first cell that cannot be read. It makes the passage unusable.
+        left_out: number of entries dropped because another is less than an hour away.
+        lost: other reasons for dropping rows of the log, and the number of rows.
+        unit: `line` of a table or `point` of a track.
     """
 
     name: str
@@ -127,7 +129,7 @@ class LoggedPassage:
     unit: str = field(default='line', compare=False)
 
     def problems(self, longest_gap_days: float = LONGEST_GAP_DAYS) -> Iterator[Problem]:
-        """Yield the problems that keep it from being sailed, by passage and row."""
+        """Yield the problems that make it unusable, by passage and row."""
         for item in [self.wrong] if self.wrong else entry_problems(self.entries, longest_gap_days):
             place = f'passage {self.name}'
             if item.entry < len(self.lines):
@@ -136,7 +138,7 @@ class LoggedPassage:
             yield Problem(key, item.value, item.problem, item.remedy)
 
     def fault(self) -> Problem | None:
-        """Return the first problem, with the rows of the others, in one line; None if it sails."""
+        """Return the first problem, with the rows of the others in one line, or `None`."""
         problems = list(self.problems())
         if len(problems) < 2:
             return problems[0] if problems else None
@@ -154,14 +156,14 @@ class LoggedPassage:
 
     @property
     def is_track(self) -> bool:
-        """Whether it is a track in GPX, whose entries are an hour apart, and its winds not."""
+        """Whether it is a track in GPX. Its entries are an hour apart, its winds are not."""
         return self.unit == 'point'
 
     def share(self, column: int) -> float:
         """Return the share of entries that have a number in a column of `LogEntry`.
 
-        Of the winds of a track that of the time: a wind has blown since the one before it, or for
-        `FIRST_HOURS` where that is less.
+        For the winds of a track it is the share of the time. A wind has blown since the previous
+        one, but at most for `FIRST_HOURS`.
         """
         has_one = [entry[column] is not None for entry in self.entries]
         if not self.is_track or column != 4 or not any(has_one):
@@ -173,7 +175,7 @@ class LoggedPassage:
         return sum(since) / (at[-1] - at[0])
 
     def notes(self) -> list[str]:
-        """Return notes on doubtful entries of a passage that can be sailed."""
+        """Return notes on doubtful entries of a sound passage."""
         notes = []
         steps = [
             (
@@ -223,16 +225,15 @@ class LoggedPassage:
 def scene_of_passage(
     scene: dict[str, Any], passage: LoggedPassage, harbour_days: float = 0.0
 ) -> dict[str, Any]:
-    """Return the mapping of a scene that sails a passage, with the machine of another scene.
+    """Return the mapping of a scene that sails a passage with the machine of another scene.
 
-    The sea is grown from the logged wind, and the air is the logged one; of the scene's own
-    weather and air only the keys that do not depend on the voyage are kept. Length and times
-    follow from the log, and the dial is regulated at its beginning.
+    The log gives air, duration and times, and its winds raise the sea. The scene's weather and
+    air keep only the keys that do not depend on the voyage. The dial is regulated at the start.
 
     Args:
-        scene: mapping as it stands in a scene file.
+        scene: mapping as in a scene file.
         passage: one without problems.
-        harbour_days: days in still water before it [days].
+        harbour_days: time in still water before it [days].
     """
     dropped = (*_OF_THE_LOG, 'air')
     mapping = {key: value for key, value in scene.items() if key not in dropped}
@@ -260,16 +261,16 @@ def scene_of_passage(
 
 _OF_THE_LOG = 'duration', 'starts_at', 'voyage'
 OF_THE_SEA = 'sea', 'heading', 'speed'
-"""Keys of `ship` in whose place a passage has the log's."""
+"""Keys of `ship` that the log replaces."""
 OF_THE_BOX = 'diurnal', 'warmest_hour', 'box_hours'
 """Keys of `air` that a passage keeps."""
 
 
 def with_log_read(voyage: dict[str, Any], origin: str) -> dict[str, Any]:
-    """Return the keys of a voyage with the entries of the passage that `log` names, if it does.
+    """Return the keys of a voyage, with the entries of the passage if `log` names a file.
 
     Raises:
-        SceneError: keys, a file or a passage that are wrong; by passage and row.
+        SceneError: wrong keys, file or passage, by passage and row.
     """
     log = voyage.get('log')
     if not isinstance(log, dict) or 'path' not in log:
@@ -296,10 +297,10 @@ def with_log_read(voyage: dict[str, Any], origin: str) -> dict[str, Any]:
 
 
 def find_passage(path: str, name: str | None, *, winds: str | None = None) -> LoggedPassage:
-    """Return a passage of a log-book by its name; without one, the only passage of the file.
+    """Return the passage of a log-book with this name, or the only one without a name.
 
     Raises:
-        SceneError: there is none, or without a name there are several.
+        SceneError: no passage has the name, or there are several and `name` is `None`.
     """
     names = []
     match = None
@@ -321,7 +322,7 @@ def find_passage(path: str, name: str | None, *, winds: str | None = None) -> Lo
 
 
 def sound_passage(path: str, name: str | None, *, winds: str | None = None) -> LoggedPassage:
-    """Return a passage that can be sailed, as `find_passage`; one that cannot is a SceneError."""
+    """Return a passage as `find_passage` does. Raise SceneError if it has problems."""
     passage = find_passage(path, name, winds=winds)
     if problems := list(passage.problems()):
         raise SceneError.of(path, problems)
@@ -333,17 +334,17 @@ def sound_passage(path: str, name: str | None, *, winds: str | None = None) -> L
 
 
 LONGEST_LINE = 65_536
-"""A line of so many characters is of no log-book: perhaps of a file that unpacks to gigabytes."""
+"""Limit of a line [characters]. A longer one may come from a file that unpacks to gigabytes."""
 
 
 @dataclass
 class _Text:
-    """The text of a log-book, unpacked if it is compressed; both up to a limit."""
+    """The text of a log-book, unpacked if it is compressed, up to a limit."""
 
     path: str
     raw: BinaryIO
     progress: Progress | None
-    part: float = 0.5  # of the progress, where all rows are read before the first passage
+    part: float = 0.5  # share of the progress, if all rows are read before the first passage
 
     def __post_init__(self) -> None:
         packed = self.raw.read(2) == b'\x1f\x8b'
@@ -355,11 +356,11 @@ class _Text:
         self.beginning = self._text.readline(LONGEST_LINE)
 
     def refusal(self, problem: str) -> SceneError:
-        """Return the error that says why the text is of no log-book."""
+        """Return the error for a text that is not a log-book."""
         return SceneError(self.path, '', ABSENT, problem, f'Give {FORMS}.')
 
     def check(self, line: int, text: str) -> str:
-        """Return a line; one that no log-book has is refused, and what unpacks without end."""
+        """Return a line. Refuse one that is too long, and a file that unpacks without end."""
         if len(text) == LONGEST_LINE:
             problem = f'line {line} has {LONGEST_LINE:,} characters or more, which no log-book has'
             raise self.refusal(problem)
@@ -386,7 +387,7 @@ class _Text:
 def read_passages(
     path: str, *, winds: str | None = None, progress: Progress | None = None
 ) -> Iterator[LoggedPassage]:
-    """Yield the passages of a log-book, those with problems too.
+    """Yield the passages of a log-book, including those with problems.
 
     Args:
         path: the file, in any of the formats above.
@@ -394,7 +395,7 @@ def read_passages(
         progress: called with the share of the file that has been read.
 
     Raises:
-        SceneError: a file that is none of these, cannot be read, or lacks columns.
+        SceneError: the file has another format, cannot be read, or lacks columns.
     """
     file = data_path(path)
     try:
@@ -403,7 +404,7 @@ def read_passages(
             is_track = book.beginning.lstrip().startswith('<')
             beginning = '' if is_track else book.check(1, book.beginning).rstrip('\r\n')
             if winds is not None and not is_track:
-                problem = 'go with tracks in GPX; this log-book has its winds already'
+                problem = 'go with tracks in GPX, and this log-book has its own winds'
                 raise SceneError(path, 'winds', winds, problem, 'Leave them out.')
             divided = max('\t;,', key=beginning.count)
             names = [name.strip().strip('"') for name in beginning.split(divided)]
@@ -422,7 +423,7 @@ def read_passages(
                 yield from _ours(path, names, rows)
                 return
             else:
-                problem = f'is not a known log-book; its columns are {header_words(names)}'
+                problem = f'is not a known log-book. Its columns are {header_words(names)}'
                 raise book.refusal(problem)
             yield from _pieces(path, logs, 'point' if is_track else 'line', progress)
     except (OSError, EOFError, zlib.error) as error:
@@ -439,7 +440,7 @@ _IMMA = re.compile(r'\d{4}[ \d]{4}[ \d]{4}[-+ \d]{5}[-+ \d]{6}')
 
 
 def _as_latin(error: UnicodeError) -> tuple[str, int]:
-    """Read bytes that are not UTF-8 as Latin letters, as CLIWOC has them."""
+    """Decode bytes that are not UTF-8 as Latin-1, the encoding of CLIWOC."""
     assert isinstance(error, UnicodeDecodeError)
     return error.object[error.start : error.end].decode('latin-1'), error.end
 
@@ -448,10 +449,10 @@ codecs.register_error(_LATIN, _as_latin)
 
 
 def _places(path: str, names: list[str], wanted: Sequence[str]) -> dict[str, int]:
-    """Return where the columns of a header stand; refuses where one that is wanted is missing."""
+    """Return the positions of a header's columns. Refuse missing or repeated wanted columns."""
     for name in wanted:
         if names.count(name) > 1:
-            problem = f'is named more than once; the columns are {", ".join(names)}'
+            problem = f'is named more than once among the columns {", ".join(names)}'
             remedy = 'Rename the one that is not meant.'
             raise SceneError(path, f'line 1, column {name}', ABSENT, problem, remedy)
     missing = [name for name in wanted if name not in names]
@@ -459,14 +460,14 @@ def _places(path: str, names: list[str], wanted: Sequence[str]) -> dict[str, int
         letters = {name.casefold(): name for name in names if name not in wanted}
         like = difflib.get_close_matches(missing[0].casefold(), letters, 1, 0.5)
         guess = f'Rename {letters[like[0]]}, with its unit, if that is meant. ' if like else ''
-        problem = f'is missing; the columns are {", ".join(names)}'
+        problem = f'is missing among the columns {", ".join(names)}'
         remedy = f'{guess}Give {FORMS}.'
         raise SceneError(path, f'line 1, column {missing[0]}', ABSENT, problem, remedy)
     return {name: index for index, name in reversed(list(enumerate(names)))}
 
 
 def _ours(path: str, names: list[str], rows: Iterator[list[str]]) -> Iterator[LoggedPassage]:
-    """Yield the passages of a table with our columns, as they are named."""
+    """Yield the passages of a table with our columns."""
     at = _places(path, names, sorted(_OURS))
     numbers = ('latitude', 'longitude', 'wind_from_deg', 'wind_mps', 'air_celsius')
     past: set[str] = set()
@@ -520,15 +521,15 @@ def _ours(path: str, names: list[str], rows: Iterator[list[str]]) -> Iterator[Lo
 
 
 def _printed(cell: str) -> str:
-    """Return the letters of a cell in one line, as a scene takes them; at most `LONGEST_TEXT`."""
+    """Return the text of a cell in one line, of at most `LONGEST_TEXT` printable letters."""
     printable = ''.join(letter if letter.isprintable() else ' ' for letter in cell)
     return ' '.join(printable.split())[:LONGEST_TEXT]
 
 
 def _measured(column: str, cell: str) -> float | None:
-    """Return the number in a cell of our columns, None in an empty one; a ValueError says why."""
+    """Return the number in a cell of our columns, `None` if it is empty, or raise ValueError."""
     if cell.lower() == 'nan' and column in ('wind_from_deg', 'wind_mps'):
-        raise ValueError('is not a number; an entry without a wind has an empty cell')
+        raise ValueError('is not a number. Leave the cell empty if there was no wind')
     limit = {'latitude': 90.0, 'longitude': 360.0}.get(column)
     if cell in MISSING:
         if limit is not None:
@@ -538,7 +539,7 @@ def _measured(column: str, cell: str) -> float | None:
     if not math.isfinite(value):
         raise ValueError('is not a finite number')
     if limit is not None and abs(value) > limit:
-        raise ValueError(f'must lie within {limit:g} degrees')
+        raise ValueError(f'must be within {limit:g} degrees')
     return value
 
 
@@ -556,20 +557,22 @@ _SLIP = re.compile(r"""\b(?:lat|lon)\s*=\s*["']\s*([-+.\d]*_[^"']{0,20})""")
 _Wind = tuple[float | None, float | None, float | None]
 
 _NUMBERS = 7
-"""Numbers of a row: time since 1970 [s], place in the file, latitude, longitude, wind from,
-wind, air; NaN where there is none. As entries, CLIWOC's rows would take six times the memory."""
+"""Numbers of a row: time since 1970 [s], line, latitude, longitude, wind from, wind, air, or NaN.
+
+As tuples, CLIWOC's rows would take six times the memory.
+"""
 
 
 @dataclass
 class _Logs:
-    """The rows of each log, `_NUMBERS` each, its names, and rows without use."""
+    """The rows of each log, of `_NUMBERS` each, its names, and the counts of unusable rows."""
 
     rows: dict[Any, array[float]] = field(default_factory=dict)
     named: dict[Any, dict[str, str]] = field(default_factory=dict)
     lost: dict[Any, Counter[str]] = field(default_factory=lambda: defaultdict(Counter))
 
     def full(self, width: int, rows: Iterator[list[str]]) -> Iterator[tuple[int, list[str]]]:
-        """Yield the rows below a header that have as many cells, by their lines."""
+        """Yield the rows of `width` cells with their lines. Count the others as lost."""
         for line, cells in enumerate(rows, 2):
             if len(cells) == width:
                 yield line, cells
@@ -585,7 +588,7 @@ class _Logs:
         place: tuple[float | None, float | None],
         wind: _Wind,
     ) -> None:
-        """Add a row; one without a possible time and place counts as lost."""
+        """Add a row, or count it as lost if its time or place is not possible."""
         self.rows.setdefault(log, array('d'))
         latitude, longitude = place
         if latitude is None or longitude is None:
@@ -625,10 +628,10 @@ def _at(row: list[float]) -> datetime.datetime:
 def _pieces(
     path: str, logs: _Logs, unit: str, progress: Progress | None
 ) -> Iterator[LoggedPassage]:
-    """Yield the passages of logs, cut at gaps and at steps that no ship makes.
+    """Yield the passages of logs, cut at gaps and at steps faster than a ship sails.
 
-    They are the second half of the progress. A file without any is a `SceneError`, which tells
-    what became of its rows.
+    This is the second half of the progress. Without a passage, a `SceneError` counts the rows by
+    their faults.
     """
     fewest, timespec = (LEAST_ENTRIES, 'minutes') if unit == 'line' else (2, 'seconds')
     empty = True
@@ -676,13 +679,13 @@ def _pieces(
         count = sum(map(len, logs.rows.values())) // _NUMBERS + lost.total()
         counts = [f'{counted(count, unit)} of {counted(len(logs.rows), "log")}']
         counts += [f'{number} {why}' for why, number in lost.items()]
-        problem = f'has no passage of {fewest} entries; it has {", ".join(counts)}'
-        remedy = f'A gap of more than {LONGEST_GAP_DAYS:g} days ends a passage. Give another file.'
+        problem = f'has no passage of {fewest} entries, but {", ".join(counts)}'
+        remedy = f'A gap of more than {LONGEST_GAP_DAYS:g} days ends a passage. Give a longer log.'
         raise SceneError(path, '', ABSENT, problem, remedy)
 
 
 def _is_alone(log: object, logs: _Logs) -> bool:
-    """Return whether no other log of a file has the name of one."""
+    """Return whether only one log of the file has this log's name."""
     names = [words.get('ship') for words in logs.named.values()]
     return names.count(logs.named[log].get('ship')) == 1
 
@@ -695,7 +698,7 @@ def _entry(row: list[float], timespec: str) -> LogEntry:
 
 
 def _number(cell: str, factor: float = 1.0) -> float | None:
-    """Return the number in a cell times a factor; None where there is none."""
+    """Return the number in a cell times a factor, or `None`."""
     try:
         number = number_in(cell)
     except ValueError:
@@ -704,9 +707,9 @@ def _number(cell: str, factor: float = 1.0) -> float | None:
 
 
 def _archive(lines: Iterable[str]) -> _Logs:
-    """Return the logs of a text in the form of the marine archive (IMMA), release 1.5 or 2.1.
+    """Return the logs of a text in the format of the marine archive (IMMA), release 1.5 or 2.1.
 
-    Places of the core (from 0): YR 0, MO 4, DY 6, HR 8 [0.01 h], LAT 12, LON 17 [0.01 degrees],
+    Offsets in the core (from 0): YR 0, MO 4, DY 6, HR 8 [0.01 h], LAT 12, LON 17 [0.01 degrees],
     ID 34, country 43, D 46 [degrees], W 50 [0.1 m/s], AT 69 [0.1 °C]. In the attachment of release
     2.1: ship 705, nation 735, ports 957 and 1002.
     """
@@ -733,7 +736,7 @@ _UNITS = {'HR': 0.01, 'LAT': 0.01, 'LON': 0.01, 'W': 0.1, 'AT': 0.1}
 
 
 def _release_21(path: str, names: list[str], rows: Iterator[list[str]]) -> _Logs:
-    """Return the logs of a table of release 2.1: the fields of the archive, by their names."""
+    """Return the logs of a table of release 2.1. Its columns are the fields of the archive."""
     wanted = ('YR', 'MO', 'DY', 'HR', 'LAT', 'LON', 'ID', 'D', 'W')
     at, logs = _places(path, names, wanted), _Logs()
     for line, cells in logs.full(len(names), rows):
@@ -750,7 +753,7 @@ def _release_21(path: str, names: list[str], rows: Iterator[list[str]]) -> _Logs
 
 
 def _cliwoc_words(at: dict[str, int], cells: list[str]) -> dict[str, str]:
-    """Return the names of a log from the columns that both releases have."""
+    """Return the names of a log from the columns of both releases."""
     columns = {
         'ship': 'ShipName',
         'nation': 'Nationality',
@@ -762,11 +765,11 @@ def _cliwoc_words(at: dict[str, int], cells: list[str]) -> dict[str, str]:
 
 
 def _release_15(path: str, names: list[str], rows: Iterator[list[str]]) -> _Logs:
-    """Return the logs of the table of release 1.5, whose winds are words of four languages.
+    """Return the logs of a table of release 1.5, with winds in words of four languages.
 
-    The tables of words lie beside it: `Lookup_*_WindForce.csv` with the columns WindForce and mps,
-    `Lookup_*_WindDirection.csv` with WindDirection and ProbWindDD. A log is one ship's, of one
-    voyage.
+    `Lookup_*_WindForce.csv` in the same folder (columns WindForce and mps) and
+    `Lookup_*_WindDirection.csv` (WindDirection and ProbWindDD) translate the words. A log is one
+    voyage of one ship.
     """
     wanted = ('UTC', 'Lat3', 'Lon3', 'ShipName', 'VoyageIni', 'WindDirection', 'WindForce')
     at = _places(path, names, wanted)
@@ -774,8 +777,8 @@ def _release_15(path: str, names: list[str], rows: Iterator[list[str]]) -> _Logs
     forces = _lookup(folder, 'WindForce', 'mps')
     directions = _lookup(folder, 'WindDirection', 'ProbWindDD')
     if not forces or not directions:
-        problem = 'are missing beside it; its winds are words, which they turn into numbers'
-        remedy = "Put the files Lookup_*.csv of CLIWOC's release 1.5 into its folder."
+        problem = 'are missing in its folder. They translate its winds from words to numbers'
+        remedy = "Put the files Lookup_*.csv of CLIWOC's release 1.5 there."
         raise SceneError(path, 'Lookup_*_WindForce.csv', ABSENT, problem, remedy)
     logs = _Logs()
     columns = [at[name] for name in ('ShipName', 'VoyageIni', 'LogbookIdent') if name in at]
@@ -795,7 +798,7 @@ def _release_15(path: str, names: list[str], rows: Iterator[list[str]]) -> _Logs
 
 
 def _lookup(folder: Path, word: str, number: str) -> dict[str, float]:
-    """Return the numbers of words, from the tables of all languages."""
+    """Return the numbers for words, from the tables of all languages."""
     numbers: dict[str, float] = {}
     for file in sorted(folder.glob(f'Lookup_*_{word}.csv')):
         try:
@@ -806,14 +809,14 @@ def _lookup(folder: Path, word: str, number: str) -> dict[str, float]:
                     numbers.setdefault((row.get(word) or '').strip().upper(), value)
         except (OSError, csv.Error) as error:
             problem = f'cannot be read: {getattr(error, "strerror", None) or error}'
-            raise SceneError(str(file), '', ABSENT, problem, 'Give that of CLIWOC.') from None
+            raise SceneError(str(file), '', ABSENT, problem, 'Give the one of CLIWOC.') from None
     return numbers
 
 
 def _tracks(path: str, text: str, winds: str | None) -> _Logs:
     """Return the tracks of a text in GPX, hour by hour, with the winds of a table.
 
-    The places at the times of the winds are interpolated between the points of the track.
+    The place of a wind is interpolated between the points of the track.
     """
     try:
         import gpxpy
@@ -825,11 +828,11 @@ def _tracks(path: str, text: str, winds: str | None) -> _Logs:
         if slip := _SLIP.search(text):
             raise ValueError(f'{slip[1]} is not a number')
         tracks = gpxpy.parse(text).tracks
-    except Exception as error:  # gpxpy's own, and those of its parsers
+    except Exception as error:  # gpxpy's and its parsers' errors
         problem = f'cannot be read as GPX: {words_of(error)}'
         raise SceneError(path, '', None, problem, 'Correct it.') from None
     if not tracks:
-        problem = 'has no tracks; points and routes have no times'
+        problem = 'has no tracks, and points and routes have no times'
         raise SceneError(path, '', ABSENT, problem, 'Give a track that was recorded.')
     logs = _Logs()
     blown = [] if winds is None else _winds(winds)
@@ -863,7 +866,7 @@ def _tracks(path: str, text: str, winds: str | None) -> _Logs:
             logs.add(number, index, at, place, wind)
             windy.append(at)
         for at, index, place in hours:
-            # an hour of the track gives way to a wind
+            # a wind replaces the hours of the track near it
             if not _is_near(at, windy):
                 logs.add(number, index, at, place, (None, None, None))
         logs.named[number] = {'number': str(number), 'ship': (track.name or '').strip()}
@@ -871,14 +874,14 @@ def _tracks(path: str, text: str, winds: str | None) -> _Logs:
 
 
 def _moment(path: str, where: str, point: Any) -> datetime.datetime:
-    """Return the time of a point; a `SceneError` if its time or place cannot be."""
+    """Return the time of a point. Raise `SceneError` if its time or place is not possible."""
     key, value = 'time', point.time
     try:
         at = in_utc(value)
         for key, limit in (('latitude', 90.0), ('longitude', 360.0)):
             value = getattr(point, key)
             if not abs(value) <= limit:
-                raise ValueError(f'must lie within {limit:g} degrees')
+                raise ValueError(f'must be within {limit:g} degrees')
     except ValueError as error:
         where = f'{where}, {key}'
         raise SceneError(path, where, value, str(error), 'Correct or drop it.') from None
@@ -886,14 +889,14 @@ def _moment(path: str, where: str, point: Any) -> datetime.datetime:
 
 
 def _is_near(at: datetime.datetime, times: list[datetime.datetime]) -> bool:
-    """Return whether a time is less than an hour from one of `times`, in their order."""
+    """Return whether a time is less than an hour from one of `times`, which increase."""
     place = bisect_left(times, at)
     neighbours = times[max(place - 1, 0) : place + 1]
     return any(abs((time - at).total_seconds()) < NEAREST_ENTRIES_S for time in neighbours)
 
 
 def _winds(path: str) -> list[tuple[datetime.datetime, tuple[float, float, float | None]]]:
-    """Return the winds of a table by their times: direction, speed, and the air where known."""
+    """Return the time, and direction, speed and air, of each row of a table of winds."""
     columns = (
         Column('utc', utc=True, rising='later than the row before'),
         Column('wind_from_deg', least=0.0, most=360.0, unit='degrees'),
@@ -915,11 +918,11 @@ def _winds(path: str) -> list[tuple[datetime.datetime, tuple[float, float, float
 
 
 INLAND_KM = 30.0
-"""Distance from the coast beyond which a place on land is reported: maps err by less [km]."""
+"""Distance inland beyond which a place is reported [km]. The maps err by less."""
 
 
 def passage_facts(passage: LoggedPassage) -> dict[str, Any]:
-    """Return a passage as JSON: names with units, missing values as None."""
+    """Return a passage as JSON. Missing values are `None`."""
     problems = [f'{item.key}: {item.problem}' for item in passage.problems()]
     sound = not problems
     return {
@@ -942,7 +945,7 @@ def passage_facts(passage: LoggedPassage) -> dict[str, Any]:
 
 
 def _ashore(passage: LoggedPassage) -> list[str]:
-    """Return notes on entries that lie on land, and on a last one that does not reach it."""
+    """Return notes on entries on land, and on a last entry far from land."""
     from tauto_core.ship.coast import inland_km, no_landfall
 
     inland = [inland_km(*entry[1:3]) for entry in passage.entries]

@@ -27,14 +27,14 @@ from tauto_core.ship.motions import Surroundings
 # -----------------------------------------------------------------------------
 # Legs of a voyage on WGS 84: geodesics and rhumb lines, as Chebyshev series along the route.
 #
-# A series needs additions and multiplications only, so the bits do not depend on the place of a
-# sample in its array. The remaining elementary functions are those of `math`, sample by sample.
+# A series needs additions and multiplications only, so the bits of a sample do not depend on its
+# index in the array. Other elementary functions come from `math`, sample by sample.
 
 EQUATOR_M = 6_378_137.0
 FLATTENING = 1.0 / 298.257223563
 SQUARED_ECCENTRICITY = FLATTENING * (2.0 - FLATTENING)
 
-# by then cos(σ) over half a turn, and the third harmonic of the flattening, are below rounding
+# the truncated terms of cos(σ) over half a turn, and of f³, are below rounding
 _GEODESIC_NODES = 32
 # enough for the secant of the latitude from 89.7° south to 89.7° north, the hardest leg
 _RHUMB_NODES = 512
@@ -59,7 +59,7 @@ class Leg(Protocol):
             part: distance made over the length of the leg, 0 to 1, (n,).
 
         Returns:
-            Degrees; the bits of each depend on its own share alone.
+            Degrees. The bits of each depend on its own share alone.
         """
 
     def course(self, part: float) -> float:
@@ -67,12 +67,12 @@ class Leg(Protocol):
 
 
 def wrap_degrees(longitude: FloatArray) -> FloatArray:
-    """Return longitudes [degrees] in [−180, 180); those within it keep their bits."""
+    """Return longitudes [degrees] in [−180, 180). Values in the range keep their bits."""
     return wrap(longitude, 180.0)
 
 
 def wrap(angle: FloatArray, half_turn: float) -> FloatArray:
-    """Return angles in [−half a turn, half a turn), in its unit; those within keep their bits."""
+    """Return angles in [−half a turn, half a turn). Values in the range keep their bits."""
     is_inside = (angle >= -half_turn) & (angle < half_turn)
     wrapped = np.mod(angle + half_turn, 2.0 * half_turn) - half_turn
     # mod rounds numbers just below a turn up to it
@@ -85,7 +85,7 @@ class GeodesicLeg:
     """The shortest route (Karney, J. Geod. 87, 2013), by the direction of the vertical along it.
 
     Attributes:
-        unique: whether no other route is as short; nearly antipodal places may have two.
+        unique: whether no other route is as short. Nearly antipodal places may have two.
         vertical: Chebyshev coefficients of (cos φ cos λ, cos φ sin λ, sin φ), (m, 3).
     """
 
@@ -95,7 +95,7 @@ class GeodesicLeg:
     vertical: FloatArray
 
     def places(self, part: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the places at shares of the leg, as `Leg` says."""
+        """Return the places at shares of the leg."""
         x, y, z = chebyshev.chebval(2.0 * part - 1.0, self.vertical).tolist()
         latitude = [
             math.degrees(math.atan2(c, math.hypot(a, b))) for a, b, c in zip(x, y, z, strict=True)
@@ -116,7 +116,7 @@ class GeodesicLeg:
         return math.atan2(east * (1.0 - SQUARED_ECCENTRICITY * z * z), to_north) % math.tau
 
 
-@lru_cache(maxsize=4096)  # a scene asks for its legs several times, a fleet for each ship
+@lru_cache(maxsize=4096)  # a scene computes its legs several times, a fleet for each ship
 def geodesic_leg(start: tuple[float, float], end: tuple[float, float]) -> GeodesicLeg:
     """Return the geodesic between two places [degrees]."""
     from geographiclib.geodesic import Geodesic
@@ -152,10 +152,10 @@ def _highest(start: float, end: float, azimuths: tuple[float, float]) -> float:
 
 @dataclass(frozen=True)
 class RhumbLeg:
-    """The route of constant course, by latitude and longitude along it.
+    """The route of constant course, as series of latitude and longitude.
 
     Attributes:
-        course_deg: course of the ship, from north to east.
+        course_deg: course, from north to east.
         latitude: Chebyshev coefficients [degrees].
         longitude: Chebyshev coefficients [degrees], not wrapped.
     """
@@ -167,7 +167,7 @@ class RhumbLeg:
     longitude: FloatArray
 
     def places(self, part: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the places at shares of the leg, as `Leg` says."""
+        """Return the places at shares of the leg."""
         along = 2.0 * part - 1.0
         latitude, longitude = (
             np.asarray(chebyshev.chebval(along, series), np.float64)
@@ -244,19 +244,19 @@ def _curvature_m(latitude_rad: FloatArray) -> FloatArray:
 class Passage:
     """The voyage of a scene: in port, then from place to place, then in port.
 
-    Between two places whose times are known she sails at constant speed. Times are nanoseconds
-    from the start of the scene.
+    Between places with known times the speed is constant. Times are nanoseconds from the start of
+    the scene.
 
     Attributes:
         length_m: length of the route [m].
-        sails_ns: time of setting sail.
-        arrives_ns: time of arrival; with `voyage.speed`, from the length of the route.
-        places_ns: times at which she is at each of `voyage.places`.
-        landfalls_ns: those of the waypoints that are landfalls, and `arrives_ns`.
+        sails_ns: time of departure.
+        arrives_ns: time of arrival.
+        places_ns: times at `voyage.places`.
+        landfalls_ns: times at the waypoints that are landfalls, and `arrives_ns`.
 
     Raises:
-        SceneError: a leg that comes too near a pole or is not the only shortest one, or a speed
-            with which she does not arrive within the scene.
+        SceneError: a leg comes too near a pole or is not the only shortest one, or the ship does
+            not arrive within the scene at `voyage.speed`.
     """
 
     def __init__(self, scene: Surroundings, voyage: Itinerary) -> None:
@@ -269,7 +269,7 @@ class Passage:
         made_m = [0.0, *self._ends_m.tolist()]
         times = [None if time is None else nanoseconds(time) for time in voyage.times]
         times[-1] = self.arrives_ns
-        # the known times, and the way made until then
+        # the known times, and the distance made good until then
         marks = [(at, way_m) for at, way_m in zip(times, made_m, strict=True) if at is not None]
         self._known_ns = np.array([at for at, _ in marks], np.int64)
         self._known_m = np.array([way_m for _, way_m in marks])
@@ -288,10 +288,7 @@ class Passage:
         self.landfalls_ns = (*landfalls, self.arrives_ns)
 
     def speed_m_s(self, time_ns: int) -> float:
-        """Return the speed over the ground at a time from the start of the scene [m/s].
-
-        0 in the ports. At a place it is that after it.
-        """
+        """Return the speed over the ground [m/s], 0 in the ports. At a place: the next speed."""
         if not self.is_under_way(time_ns):
             return 0.0
         stretch = int(np.searchsorted(self._known_ns, time_ns, 'right')) - 1
@@ -299,14 +296,13 @@ class Passage:
         return run_m * NS_PER_S / int(self._known_ns[stretch + 1] - self._known_ns[stretch])
 
     def is_under_way(self, time_ns: int) -> bool:
-        """Return whether she is between the ports at a time from the start of the scene."""
+        """Return whether the ship is between the ports."""
         return self.sails_ns < time_ns < self.arrives_ns
 
     def course(self, time_ns: int) -> float:
-        """Return the course made good at a time from the start of the scene [rad].
+        """Return the course made good, from north to the east [rad], 0 to 2π.
 
-        From north to the east, 0 to 2π. At a waypoint it is the course after it, while she lies at
-        a place the next one; before she sails it is the first course, after her arrival the last.
+        At a place it is the next course, before departure the first, after arrival the last.
         """
         made_m = float(self._made_m(np.array([time_ns], np.int64))[0])
         made_m = min(max(made_m, 0.0), self.length_m)
@@ -318,7 +314,7 @@ class Passage:
         return leg.course(min((made_m - begin_m) / (leg.length_m or 1.0), 1.0))
 
     def _made_m(self, time_ns: IntArray) -> FloatArray:
-        """Return the way made at some times [m]; beyond the ports as if she sailed on."""
+        """Return the distances made good [m], extrapolated before and after the voyage."""
         top = len(self._known_ns) - 2
         stretch = np.clip(np.searchsorted(self._known_ns, time_ns, 'right') - 1, 0, top)
         begin_ns, begin_m = self._known_ns[stretch], self._known_m[stretch]
@@ -327,11 +323,7 @@ class Passage:
         return np.asarray(begin_m + run_m * ((time_ns - begin_ns) / took))
 
     def places(self, time_ns: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Return latitudes and longitudes at some times [degrees]; each depends on its time alone.
-
-        Args:
-            time_ns: from the start of the scene, (n,).
-        """
+        """Return latitudes and longitudes [degrees], (n,). Each depends on its time alone."""
         latitude, longitude = (np.full(len(time_ns), start) for start in self._voyage.departure)
         arrived = time_ns >= self.arrives_ns
         latitude[arrived], longitude[arrived] = self._voyage.arrival
@@ -368,7 +360,7 @@ def _legs(scene: Surroundings, voyage: Itinerary) -> list[Leg]:
                 scene.name,
                 key,
                 list(end),
-                f'lies opposite {origin} on the globe: there are two shortest ways',
+                f'is opposite {origin} on the globe: there are two shortest ways',
                 'Put a waypoint on the way that is meant.',
             )
         legs.append(leg)
@@ -391,10 +383,10 @@ def _arrives_at(scene: Surroundings, voyage: Itinerary, length_m: float) -> floa
             scene.name,
             'voyage.speed',
             voyage.speed,
-            f'takes {length_m / voyage.speed:.6g} s for the {length_m:.6g} m of the way, so that '
-            f'she arrives {arrives_at - scene.duration:.6g} s after the end of the scene '
+            f'takes {length_m / voyage.speed:.6g} s for the {length_m:.6g} m of the way, and the '
+            f'ship arrives {arrives_at - scene.duration:.6g} s after the end of the scene '
             f'(duration {scene.duration!r} s)',
-            f'Give {faster}a longer duration, or arrives_at, which may lie beyond the end.',
+            f'Give {faster}a longer duration, or arrives_at, which may be after the end.',
         )
     if round(length_m / voyage.speed * NS_PER_S) < 1:
         raise SceneError(
@@ -408,11 +400,9 @@ def _arrives_at(scene: Surroundings, voyage: Itinerary, length_m: float) -> floa
 
 
 # -----------------------------------------------------------------------------
-# Gravity on the way: normal gravity by latitude, and Eötvös' term of a ship that moves.
-#
-# Gravity at the ellipsoid of WGS 84 depends on the latitude φ alone (Somigliana 1929; NIMA
-# TR8350.2, 3rd ed., section 4.2). A ship that sails east turns faster than the Earth, so that
-# what she carries weighs less (Eötvös 1919).
+# Gravity on the way: normal gravity on the ellipsoid of WGS 84 (Somigliana 1929, NIMA TR8350.2,
+# 3rd ed., section 4.2), less Eötvös' term (1919): a ship that sails east turns faster than the
+# Earth, and the weight of everything on board falls.
 
 EQUATOR_M_S2 = 9.7803253359
 """Normal gravity at the equator."""
@@ -426,13 +416,13 @@ EARTH_RATE = 7.292115e-5
 KNOT_S = 60
 """Time between the knots of `GravityOnTheWay` [s].
 
-Between them gravity is linear: at 5 m/s this is wrong by less than 1e-10 m/s², at 50 m/s by
-less than 1e-8. Where she sails or alters course, Eötvös' term changes over two intervals.
+Linear interpolation errs by less than 1e-10 m/s² at 5 m/s, 1e-8 at 50 m/s. At departure and at a
+change of course, Eötvös' term changes over two intervals.
 """
 
 
 def normal_gravity(latitude_rad: FloatArray | float) -> FloatArray:
-    """Return the gravity of the ellipsoid of WGS 84, at its surface [m/s²].
+    """Return the gravity at the surface of the ellipsoid of WGS 84 [m/s²].
 
     γ(φ) = γ_e (1 + k sin²φ)/√(1 − e² sin²φ).
 
@@ -452,7 +442,7 @@ def _of_squared_sine(squared: FloatArray) -> FloatArray:
 def eotvos(
     latitude_rad: FloatArray | float, east: FloatArray | float, north: FloatArray | float
 ) -> FloatArray:
-    """Return by how much less a mass weighs on a ship that moves [m/s²].
+    """Return Eötvös' term, the loss of gravity on a moving ship [m/s²].
 
     2 Ω v_E cos φ + v_E²/N + v_N²/M, with the ellipsoid's radii of curvature N across the meridian
     and M along it.
@@ -481,7 +471,7 @@ def gravity_between(
         latitude: degrees north, (n,).
         longitude: degrees east.
     """
-    # the bits of np.sin may depend on the place in an array
+    # the bits of np.sin may depend on the index in an array
     sine = np.array([math.sin(math.radians(angle)) for angle in latitude.tolist()])
     turn = np.diff(longitude)
     turn = np.radians(turn - 360.0 * np.round(turn / 360.0)) / elapsed_s
@@ -499,13 +489,13 @@ def gravity_between(
 class GravityOnTheWay:
     """Vertical specific force on a ship without waves, γ(φ) less Eötvös' term, along a passage.
 
-    It is piecewise linear, with a knot every `KNOT_S`. The speeds are those between the knots on
-    either side.
+    It is piecewise linear, with a knot every `KNOT_S`. The speed at a knot is the mean between
+    its neighbours.
 
     Args:
-        passage: the way.
-        duration_ns: last time needed, from the start of the scene [ns]; later ones have
-            the last value.
+        passage: the passage.
+        duration_ns: last time needed, from the start of the scene [ns]. Later times have the
+            last value.
     """
 
     def __init__(self, passage: Passage, duration_ns: int) -> None:
@@ -526,10 +516,7 @@ class GravityOnTheWay:
         self._values = normal_gravity(at) - eotvos(at, east, north)
 
     def at(self, time_ns: IntArray) -> FloatArray:
-        """Return the gravity at some times from the start of the scene [m/s²], (n,).
-
-        Each value depends on its time alone.
-        """
+        """Return the gravity at times from the start of the scene [m/s²], (n,), each by itself."""
         step = KNOT_S * NS_PER_S
         knot = np.minimum(time_ns // step, len(self._values) - 2)
         part = np.clip((time_ns - knot * step) / step, 0.0, 1.0)
