@@ -335,7 +335,7 @@ def test_it_is_kept_with_the_voyage_and_the_report_shows_it(tmp_path: Path) -> N
     pytest.importorskip('bokeh')
     page = tmp_path / 'page.html'
     tauto.report(bag, page)
-    assert 'Why the rate is what it is' in page.read_text(encoding='utf-8')
+    assert 'The causes of the rate' in page.read_text(encoding='utf-8')
     # the budget goes with the voyage that it is of
     tauto.sail(scene).write(bag, force=True)
     assert kept_budget(bag) is None

@@ -137,7 +137,7 @@ def test_an_equation_is_solved_on_the_first_side_that_has_the_letter() -> None:
 def test_what_has_no_value_is_named() -> None:
     with pytest.raises(FormulaError, match='i has no value'):
         evaluate('ai', LETTERS)
-    with pytest.raises(FormulaError, match='∫ is not reckoned with'):
+    with pytest.raises(FormulaError, match='∫ is not a known sign'):
         evaluate('∫a', LETTERS)
     with pytest.raises(FormulaError, match='no x in it'):
         evaluate('a = b', LETTERS, 'x')

@@ -339,7 +339,7 @@ def test_a_file_is_what_its_suffix_says_and_the_same_each_time(
         (('plot', 'ideal', 'error', '-o', 'x.jpg'), '--out x.jpg: must end in'),
         (('plot', 'ideal', 'error', '-o', 'no/x.png'), 'there is no folder no'),
         (('plot', 'globe_in_oil', 'cam', '--duration', '10'), 'has no trochlea'),
-        (('plot', 'ideal', 'weather'), 'weather: ideal has one sea or none'),
+        (('plot', 'ideal', 'weather'), 'weather: ideal has no sea that changes'),
         (('plot', 'ideal', 'temperature'), 'temperature: ideal has no air'),
         (('plot', 'ideal', 'error', '--from', '1'), 'error: shows the whole voyage'),
         (('plot', 'ideal', 'roll', '--from', '61', '--duration', '60'), 'from 61 to 60 s'),

@@ -131,6 +131,6 @@ def test_a_fleet_is_its_answer_and_the_errors_of_her_ships() -> None:
 def test_a_cam_is_a_sentence_and_its_cheeks() -> None:
     """Euler's involute: at 1.2 rad on a base of 5 mm the lever arm is 6 mm."""
     shown = tauto.cam('measured', points=50, reach_rad=1.2)._repr_html_()
-    assert 'in 50 points, to 1.2 rad, where its lever arm is 6 mm' in shown
+    assert 'in 50 points, to 1.2 rad with a lever arm of 6 mm' in shown
     assert 'cheeks' in words(shown)
     assert len(shown) < MOST

@@ -154,7 +154,7 @@ def test_where_no_row_has_a_direction_a_warning_says_so(tmp_path: Path) -> None:
     scene = scene_of(asked, voyage=NORTH)
     assert scene.ship.weather.time == (0.0, 7200.0, 14_400.0)
     motion = ShipMotion(scene)
-    assert [each for each in motion.warnings if 'all waves have the heading of ship' in each]
+    assert [each for each in motion.warnings if 'all waves have the heading ship.heading' in each]
 
 
 @pytest.mark.parametrize(
@@ -243,7 +243,7 @@ def test_a_record_that_is_not_there_is_refused(tmp_path: Path) -> None:
         (states_of({'at': 9.0, **HIGH}, {'at': 9.0, **HIGH}), 'states[1].at = 9.0: must be later'),
         (
             states_of({'at': 0.0, 'still': True}, {'at': 599.0, **HIGH}),
-            'states[1]: comes 599 s after the state before; a sea takes at least 600 s',
+            'states[1]: comes 599 s after the state before, and a sea takes at least 600 s',
         ),
         (states_of({'at': 0.0, **HIGH, 'sped': 1.0}), 'Did you mean `speed`?'),
         ({'kind': 'squall'}, "ship.weather.kind = 'squall': unknown kind"),

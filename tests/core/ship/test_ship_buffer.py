@@ -270,7 +270,7 @@ def test_a_turn_is_kept_through_batches_of_small_rolls():
 
 
 def test_a_stride_outside_its_range_is_refused():
-    with pytest.raises(ValueError, match=r'stride = 9: must lie in \[1, 8\]'):
+    with pytest.raises(ValueError, match=r'stride = 9: must be in \[1, 8\]'):
         buffer(stride=9)
 
 

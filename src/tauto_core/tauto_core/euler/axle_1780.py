@@ -1,7 +1,6 @@
 """The claims of paper C, 'De motu penduli circa axem cylindricum' (Acta 1780 II).
 
-Formulas are evaluated as they stand in the text; its 2g is G here, its e is a − b until §11.
-Computed values come from reference values, found without those formulas, and from quadrature.
+Euler's 2g is G here, and his e is a − b until §11.
 """
 
 from __future__ import annotations
@@ -19,10 +18,9 @@ from tauto_core.motion.axle import forces
 from tauto_core.samples import FloatArray
 
 # -----------------------------------------------------------------------------
-# Reference values, found without the formulas of the paper.
-#
-# The eigenvalues of the flexibility matrix, whose rows are (e, c) and (e, c + k²/c), are h and h′;
-# motions are integrated, and far from rest they obey Lagrange's equations.
+# Reference values, independent of the formulas of the paper: h and h′ are the eigenvalues of the
+# flexibility matrix with the rows (e, c) and (e, c + k²/c), motions are integrated, and far from
+# rest they obey Lagrange's equations.
 
 _LETTERS = letters_of('axle')
 E, C, K = (_LETTERS[name] for name in 'eck')
@@ -55,7 +53,7 @@ def true_modes(e: float, c: float, k: float) -> TrueModes:
 
 
 def linear_motion(e: float, start: FloatArray, time_s: float) -> FloatArray:
-    """Return θ, φ and their rates after some time by the linear equations, through DOP853."""
+    """Return θ, φ and their rates after a time, by the linear equations and DOP853."""
     from scipy.integrate import solve_ivp
 
     def slope(_: float, y: FloatArray) -> list[float]:
@@ -68,7 +66,7 @@ def linear_motion(e: float, start: FloatArray, time_s: float) -> FloatArray:
 
 
 def time_to_rest(ratio: float) -> float:
-    """Return when a body released in the shape θ : φ = c : ratio first comes to rest [s]."""
+    """Return the time of a body released with θ : φ = c : ratio to its first rest [s]."""
 
     def rate(time_s: float) -> float:
         return float(linear_motion(E, np.array([C, ratio, 0.0, 0.0]) * 1e-3, time_s)[3])
@@ -78,7 +76,7 @@ def time_to_rest(ratio: float) -> float:
 
 
 def by_lagrange() -> FloatArray:
-    """Return θ̈ and φ̈ far from rest by Lagrange's equations for a link and a body."""
+    """Return θ̈ and φ̈ far from rest, by Lagrange's equations for a link and a body."""
     cosine, sine = math.cos(PHI - THETA), math.sin(PHI - THETA)
     mass = np.array([[E * E, E * C * cosine], [E * C * cosine, C * C + K * K]])
     force = [
@@ -89,7 +87,7 @@ def by_lagrange() -> FloatArray:
 
 
 def on_a_plane(body: AxlePendulum, phi: float, time_s: float) -> FloatArray:
-    """Return s, φ and rates after a release from rest, by the full equations."""
+    """Return s, φ and their rates after a release from rest, by the full equations."""
     from scipy.integrate import solve_ivp
 
     def slope(_: float, y: FloatArray) -> list[float]:
@@ -104,7 +102,7 @@ def on_a_plane(body: AxlePendulum, phi: float, time_s: float) -> FloatArray:
 
 
 def part_that_falls() -> float:
-    """Return the share of 1000 random bodies on convex supports that have an unstable mode."""
+    """Return the share of 1000 random bodies on convex supports with an unstable mode."""
     rng = np.random.default_rng(1780)
     e, c, k = 10.0 ** rng.uniform(-2.0, 2.0, (3, 1000))
     matrices = np.stack([np.stack([-e, c], 1), np.stack([-e, c + k * k / c], 1)], 1)
@@ -117,7 +115,7 @@ def pushed_motion(time_s: float) -> FloatArray:
 
 
 def pushed_amplitudes() -> FloatArray:
-    """Return α and α′ of that motion, its components along the eigenvectors."""
+    """Return α and α′ of `pushed_motion`, its components along the eigenvectors."""
     pair = true_modes(E, C, K)
     slow, fast = math.sqrt(G / pair.h), math.sqrt(G / pair.h_prime)
     shapes = np.array([[C * slow, C * fast], [pair.B * slow, pair.B_prime * fast]])
@@ -127,7 +125,7 @@ def pushed_amplitudes() -> FloatArray:
 
 
 # -----------------------------------------------------------------------------
-# The values with which the claims of `axle.yaml` are compared, by the names that they have there.
+# The reference values of the claims, by their names in `axle.yaml`.
 
 
 def claims() -> list[Claim]:
@@ -138,7 +136,7 @@ def claims() -> list[Claim]:
 
 
 def _far_from_rest() -> dict[str, float]:
-    # x and y as one number, and its second derivative
+    # x + iy, and its second derivative
     link, rod = E * np.exp(1j * THETA), C * np.exp(1j * PHI)
     turn, bend = by_lagrange()
     centre = link + rod

@@ -1,7 +1,7 @@
-"""Paper C for its page: every paragraph, and its six figures constructed from the text.
+"""Paper C for its page: its six figures, constructed from the text.
 
-The body of the examples is that of the claims: e = 0.1 m, c = 0.3 m, k = 0.15 m. The formulas are
-for small swings; the figures show them larger.
+The body is the example of the claims: e = 0.1 m, c = 0.3 m, k = 0.15 m. The formulas are for small
+swings, the figures exaggerate them.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ AXLE = 0.05
 
 
 def _below(start: Place, length: float, tilt: float) -> Place:
-    """Return the point at a distance from another, downwards and tilted from the vertical."""
+    """Return the point at a distance below another, tilted from the vertical."""
     return start[0] + length * math.sin(tilt), start[1] - length * math.cos(tilt)
 
 
@@ -33,12 +33,12 @@ def _body(drawing: Drawing, axle: Place, low: Place, k: float, radius: float = A
 
 
 def _meeting(axle: Place, tilt: float) -> Place:
-    """Return h, where gc, produced backwards, meets the vertical."""
+    """Return h, the intersection of gc with the vertical."""
     return 0.0, axle[1] + axle[0] / math.tan(tilt)
 
 
 def _swings(e: float, c: float, k: float) -> str:
-    """Return the lengths of both modes, and how long a swing takes or how fast the body falls."""
+    """Return the lengths of both modes, with the time of a swing or of an e-fold fall."""
     pair = modes(e, c, k * k)
     texts = []
     for name, length in (('*h*', pair.h), ('*h′*', pair.h_prime)):
@@ -50,7 +50,7 @@ def _swings(e: float, c: float, k: float) -> str:
         else:
             swing = math.pi * math.sqrt(length / G)
             texts.append(f'{name} = {length:.5f} m, a swing takes {swing:.5f} s')
-    return '; '.join(texts) + '.'
+    return ', and '.join(texts) + '.'
 
 
 # -----------------------------------------------------------------------------
@@ -112,7 +112,7 @@ def _figure_4(e: float, c: float, k: float) -> View:
 
 _MOTIONS = ('slow mode', 'fast mode', 'push n at G')
 PUSH = 0.8
-"""Velocity n of the centre of gravity after the push [m/s], with which nothing is turned."""
+"""Velocity n of the centre of gravity after a push without rotation [m/s]."""
 _TIMES = tuple(round(0.04 * k, 2) for k in range(1, 36))
 
 
@@ -144,7 +144,7 @@ def _figure_5(motion: float, seconds: float) -> View:
     drawing.line((0.0, 0.0), touch, look='thin')
     drawing.line((0.0, low[1]), low, look='thin')
     drawing.line((0.0, axle[1]), axle, look='thin')
-    # the letters of the vertical stand on the side that the axle has left
+    # the letters of the vertical are on the side opposite to the axle
     side = math.copysign(1.0, theta)
     drawing.letters(
         ((0.0, 0.0), 'O', -10.0 * side, 4.0),
@@ -237,7 +237,7 @@ def _figure_v_2(e: float, c: float, k: float) -> View:
     tilt = theta * ratio
     low = _below(axle, c, tilt)
     drawing.circle(axle, ROCKER, 'thin')
-    # the rockers, as far up as the cradle's edge
+    # the rockers, up to the cradle's edge
     drawing.arc(axle, ROCKER, -0.5 * math.pi + tilt - 1.2, -0.5 * math.pi + tilt + 1.2, 'curve')
     drawing.line(*(_below(axle, ROCKER, tilt + side) for side in (-1.2, 1.2)), look='curve')
     drawing.circle(low, k, 'faint')

@@ -1,4 +1,4 @@
-"""A paper of Euler's, paragraph by paragraph: its claims, its argument, figures and commands."""
+"""A paper by Euler, paragraph by paragraph: its claims, its argument, figures and commands."""
 
 from __future__ import annotations
 
@@ -18,9 +18,8 @@ from tauto_core.euler.formulas import evaluate
 from tauto_core.samples import FloatArray
 
 # -----------------------------------------------------------------------------
-# Claims. A formula is evaluated as it stands in the text that we have, a transcription by machine,
-# and compared with a value computed independently: by quadrature, by integrating the motion, or by
-# another closed form.
+# Claims. A formula is evaluated as it stands in our text, a transcription by machine, and compared
+# with an independent value from quadrature, an integrated motion, or another closed form.
 
 Paper: TypeAlias = Literal['A', 'B', 'C']
 G = 9.81
@@ -30,38 +29,36 @@ Verdict: TypeAlias = Literal['holds', 'corrected', 'fails', 'added', 'answered']
 
 
 def plain(words: str) -> str:
-    """Return a sentence without the asterisks that mark its formulas."""
+    """Return a sentence without the asterisks around its formulas."""
     return words.replace('*', '')
 
 
 @dataclass(frozen=True)
 class Claim:
-    """A claim, its formula as it stands and as it must be, and a value computed independently.
+    """A claim, its formula as it stands and as it must be, and an independent value.
 
     Attributes:
-        paper: A: E6, the trochlea; B: E13, the fluid; C: the axle.
-        paragraph: Euler's, in his numerals: 'XIX', '26-27'.
-        claim: the claim, in a line of words, whose formulas stand between asterisks; so do those
-            of `because`, and of the sentences and captions of an edition.
-        stands: the formula or number as it stands in the text, letter by letter; empty where the
-            text states it in words, or omits it.
-        value: the value for the example of `stands`, or of `adds` where that is empty; NaN where
-            it cannot be evaluated.
-        computed: the same quantity, computed independently of it; None for a fault of letters or
+        paper: A (E6, the trochlea), B (E13, the fluid) or C (the axle).
+        paragraph: number of the paragraph, in Euler's numerals: 'XIX', '26-27'.
+        claim: the claim in words. Its formulas are between asterisks, as in `because` and in all
+            sentences and captions of an edition.
+        stands: the formula or number in the text, letter by letter, or empty if the text states
+            it in words or omits it.
+        value: the value of `stands`, or else of `adds`, for the example. NaN if it has no value.
+        computed: the same quantity, computed independently, or `None` for a fault of letters or
             words, which has no value.
-        tolerance: largest difference of the two if the claim holds, relative to `computed`,
-            absolute where that is 0.
-        must: the formula as it must be; empty where it is right as it stands.
-        must_value: its value; None where there is no correction.
-        because: why it fails, or how the fault is recognised; empty where it holds.
+        tolerance: largest difference if the claim holds, relative to `computed`, or absolute if
+            that is 0.
+        must: the formula as it must be, or empty if the text is right.
+        must_value: the value of `must`, or `None`.
+        because: why the claim fails, or how the fault is recognised.
         expected: the verdict that the tests require.
-        adds: what Tauto adds: the formula for a claim in words, or a figure that makes one
-            testable.
+        adds: Tauto's addition: the formula for a claim in words, or a testable figure.
         euler: false for a claim that is not in the paper.
-        whose: whose fault a correction mends, with the reason where `because` does not say it:
-            'transcription certain', where the text itself has it right or a machine alone reads
-            so; 'print likely', where it is repeated while its neighbours are whole; else 'open'.
-        question: true for a question of the paper; what does not hold is then the answer no.
+        whose: origin of a fault, and a reason: 'transcription certain' if the text has the formula
+            right elsewhere or only a machine reads so, 'print likely' if it is repeated while its
+            neighbours are intact, else 'open'.
+        question: true for a question of the paper. If it does not hold, the answer is no.
     """
 
     paper: Paper
@@ -92,12 +89,12 @@ class Claim:
 
     @property
     def difference(self) -> float:
-        """Difference of `value`, relative to `computed`, absolute where that is 0."""
+        """Difference of `value`, relative to `computed`, or absolute if that is 0."""
         return _difference(self.value, self.computed)
 
     @property
     def verdict(self) -> Verdict:
-        """`holds` as it stands, `corrected` if only as it must be, `added` if not Euler's."""
+        """`holds` as it stands, `corrected` only as it must be, `added` if not in the paper, …"""
         if self.must and self.computed is None:
             return 'corrected'
         if self.difference <= self.tolerance:
@@ -115,10 +112,9 @@ def _difference(value: float, truth: float | None) -> float:
 
 
 # -----------------------------------------------------------------------------
-# Drawings as SVG whose colours are those of the page, and that a control can exchange. They have
-# units of length, y upwards; strokes and letters keep their size on the page. What a line is
-# decides its colour, by a class of the page's style sheet: `ink`, `curve`, `thread`, `other`,
-# `faint`, `heavy`, and `solid` for filled areas.
+# Drawings as SVG in units of length, y upwards, with strokes and letters of fixed size. The style
+# sheet of the page sets the colours, by class: `ink`, `curve`, `thread`, `other`, `faint`,
+# `heavy`, and `solid` for filled areas.
 
 Point = tuple[float, float] | FloatArray
 
@@ -134,7 +130,7 @@ class Drawing:
         right: largest x.
         low: smallest y.
         high: largest y.
-        wide: width on the page; below that of the page for a figure with few lines.
+        wide: width on the page, smaller for a figure with few lines.
     """
 
     def __init__(
@@ -153,7 +149,7 @@ class Drawing:
     def curve(
         self, x: ArrayLike, y: ArrayLike, look: str = 'ink', *, closed: bool = False
     ) -> None:
-        """Draw a polyline through points, two arrays of one shape (n,)."""
+        """Draw a polyline through points, two arrays of shape (n,)."""
         pairs = zip(*self._placed(x, y), strict=True)
         path = 'M' + 'L'.join(f'{_short(u)} {_short(v)}' for u, v in pairs)
         self._parts.append(f'<path class="{look}" d="{path}{"Z" if closed else ""}"/>')
@@ -174,20 +170,20 @@ class Drawing:
         self.curve(centre[0] + radius * np.cos(turn), centre[1] + radius * np.sin(turn), look)
 
     def letter(self, at: Point, text: str, right: float = 7.0, up: float = 6.0) -> None:
-        """Mark a point and write its letter beside it, at an offset in units of the page."""
+        """Mark a point and write its letter at an offset in units of the page."""
         (u,), (v,) = self._placed(at[0], at[1])
         self._parts.append(f'<circle class="dot" cx="{_short(u)}" cy="{_short(v)}" r="2.2"/>')
         self.note(at, text, right, up, look='letter')
 
     def letters(self, *places: tuple[Point, str, float, float]) -> None:
-        """Mark points by their letters, each with the offset of the letter to right and up."""
+        """Mark points by letters, each with its offset to the right and up."""
         for place in places:
             self.letter(*place)
 
     def note(
         self, at: Point, text: str, right: float = 0.0, up: float = 0.0, look: str = 'note'
     ) -> None:
-        """Write beside a point."""
+        """Write a text at an offset from a point."""
         (u,), (v,) = self._placed(at[0], at[1])
         self._parts.append(
             f'<text class="{look}" x="{_short(u + right)}" y="{_short(v - up)}">'
@@ -205,7 +201,7 @@ class Drawing:
         return (across - self._left) * self._scale, (self._high - up) * self._scale
 
 
-# Of a drawing that stands alone; a page has its own, light and dark (site_page.html).
+# Style of a drawing in a file. A page has its own styles, light and dark (site_page.html).
 _STYLE = """svg{background:#fff}
 path,circle{fill:none;stroke:#1b1b1b;stroke-width:1.1;stroke-linejoin:round}
 .thin{stroke-width:.7}.faint{stroke:#767676;stroke-dasharray:3 2}.heavy{stroke-width:2.6}
@@ -216,7 +212,7 @@ text{font:11px sans-serif;text-anchor:middle;dominant-baseline:middle}
 
 
 def svg(drawing: Drawing, title: str, *, alone: bool = False) -> str:
-    """Return a drawing as an `svg` element with its title; a file, where it stands alone."""
+    """Return a drawing as an `svg` element with its title, or as a file if `alone`."""
     wide, high = map(_short, drawing.size)
     of_file = 'xmlns="http://www.w3.org/2000/svg" ' if alone else ''
     style = f'<style>{_STYLE}</style>' if alone else ''
@@ -248,9 +244,9 @@ class Control:
 
     Attributes:
         name: the quantity and its unit, such as 'z' or 'turn, rad'.
-        values: the values it takes, in their order.
-        begin: index of the value that is shown first.
-        names: a label for each value; empty: the value itself.
+        values: its values, in their order.
+        begin: index of the first value shown.
+        names: labels of the values, by default the numbers.
     """
 
     name: str
@@ -259,16 +255,13 @@ class Control:
     names: tuple[str, ...] = ()
 
     def label(self, index: int) -> str:
-        """Return how a value is written."""
+        """Return the label of a value."""
         return self.names[index] if self.names else f'{self.values[index]:.4g}'
 
 
 @dataclass(frozen=True)
 class View:
-    """A figure at certain values of its controls: the drawing, and its numbers.
-
-    In `says` formulas stand between asterisks.
-    """
+    """A figure at some values of its controls: the drawing, and a sentence with its numbers."""
 
     drawing: Drawing
     says: str = ''
@@ -279,10 +272,10 @@ class EulerFigure:
     """A figure that the paper cites, constructed from its text, with Euler's letters.
 
     Attributes:
-        name: Euler's: 'I', or 'Tab. IV, 3'.
+        name: Euler's name, 'I' or 'Tab. IV, 3'.
         caption: the subject, and assumptions that the text does not state.
-        draw: the figure for a value of each control.
-        controls: its controls; empty where it has none.
+        draw: function that draws the figure for a value of each control.
+        controls: the controls.
     """
 
     name: str
@@ -296,14 +289,13 @@ class Paragraph:
     """A paragraph.
 
     Attributes:
-        number: Euler's, in his numerals.
+        number: number in Euler's numerals.
         argues: its argument, in two plain sentences.
-        latin: its text, with formulas between asterisks. '‹it|tt›' is a fault, and the text as it
-            must be.
+        latin: its text, with formulas between asterisks. '‹it|tt›' is a fault and its correction.
         runs: commands that compute or sail it.
-        figures: names of the figures that are shown beside it.
-        found: the result where the paper leaves a question or gives a judgement.
-        lacks: the part that no command can do, and why; empty where there is none.
+        figures: names of its figures.
+        found: our result, if the paper leaves a question or gives a judgement.
+        lacks: the part that no command can do, and why.
     """
 
     number: str
@@ -320,13 +312,13 @@ class Edition:
     """A paper.
 
     Attributes:
-        paper: its letter, as in the claims.
+        paper: letter of the paper.
         file: name of its page, without the suffix.
-        title: in Latin, as in the text.
-        short: its name here.
+        title: Latin title.
+        short: English name.
         facts: the bibliography: a label, and a fact with its source.
-        figures: all that the paper cites, in their order.
-        paragraphs: all of them, in their order.
+        figures: all figures, in their order.
+        paragraphs: all paragraphs, in their order.
     """
 
     paper: Paper
@@ -338,10 +330,7 @@ class Edition:
     paragraphs: tuple[Paragraph, ...]
 
     def checked(self, claims: Sequence[Claim]) -> dict[str, list[Claim]]:
-        """Return the claims on this paper by the number of the paragraph beside which they stand.
-
-        A claim on several paragraphs stands beside the first: XXII-XXIX beside XXII.
-        """
+        """Return the claims by paragraph. A claim on several belongs to the first of them."""
         table: dict[str, list[Claim]] = {item.number: [] for item in self.paragraphs}
         for claim in claims:
             if claim.paper == self.paper:
@@ -349,7 +338,7 @@ class Edition:
         return table
 
     def covered(self, claim: Claim) -> list[str]:
-        """Return the numbers of the paragraphs that a claim is on: '26-27, 29' has three."""
+        """Return the numbers of a claim's paragraphs: '26-27, 29' has three."""
         numbers = [item.number for item in self.paragraphs]
         result: list[str] = []
         for part in claim.paragraph.split(','):
@@ -360,7 +349,7 @@ class Edition:
 
 @cache
 def read_text(file: str) -> dict[str, Any]:
-    """Return the text of a paper, `<file>.yaml` beside this module."""
+    """Return the text of a paper from `<file>.yaml` in this folder."""
     text = yaml.safe_load(Path(__file__).with_name(f'{file}.yaml').read_text('utf-8'))
     return cast(dict[str, Any], text)
 
@@ -370,9 +359,9 @@ def letters_of(
     example: Mapping[str, float | str] | None = None,
     computed: Mapping[str, float] | None = None,
 ) -> dict[str, float]:
-    """Return the values of the letters of a paper's example, and of those computed.
+    """Return the values of the letters of a paper's example, and the computed ones.
 
-    A letter of `example` replaces the example's; a letter that is a formula follows it.
+    `example` replaces letters. Letters given by formulas follow the new values.
     """
     stated = read_text(file)['letters']
     letters = dict(computed or {})
@@ -389,7 +378,7 @@ def letters_of(
 
 
 def _number(value: float | str, letters: Mapping[str, float], of: str = '') -> float:
-    """Return a number as it is, by its name, or by its formula."""
+    """Return a number given by its value, its name, or its formula."""
     if isinstance(value, str):
         return letters[value] if value in letters else evaluate(value, letters, of)
     return float(value)
@@ -398,15 +387,14 @@ def _number(value: float | str, letters: Mapping[str, float], of: str = '') -> f
 def read_claims(paper: Paper, file: str, computed: Mapping[str, float]) -> list[Claim]:
     """Return the claims of `<file>.yaml`, in the order of the paper.
 
-    `stands`, `must` and `adds` are formulas, and what is displayed is evaluated, with the letters
-    of the example and those in `with`; where `of` names a letter, the formula is solved for it.
-    Where the value is that of another formula, `value` or `must_value` has it: `adds` for that of
-    `adds`, `none` for what cannot be evaluated.
+    The formulas `stands`, `must` and `adds` are evaluated with the letters of the example and of
+    `with`. If `of` names a letter, they are solved for it. `value` or `must_value` give another
+    formula to evaluate, `adds`, or `none` for a claim without a value.
 
     Args:
-        paper: its letter.
+        paper: letter of the paper.
         file: name of the file, without the suffix.
-        computed: the independent values by the names that `computed` has in the file.
+        computed: the independent values, by their names in the file.
     """
     text = read_text(file)
     claims = []
@@ -449,12 +437,12 @@ def read_edition(
     file: str,
     figures: Mapping[str, tuple[Callable[..., View], *tuple[Control, ...]]],
 ) -> Edition:
-    """Return a paper, its text from `<file>.yaml`.
+    """Return a paper with its text from `<file>.yaml`.
 
     Args:
-        paper: its letter, as in the claims.
+        paper: letter of the paper.
         file: name of the file, and of the page, without the suffix.
-        figures: the function that draws each figure, by Euler's name, and its controls.
+        figures: function that draws each figure and its controls, by Euler's name.
     """
     text = read_text(file)
     return Edition(

@@ -1,13 +1,13 @@
-"""The values of paper B, *Curva tautochrona in fluido* (1729), with which its claims are compared.
+"""The reference values of paper B, *Curva tautochrona in fluido* (1729).
 
-Euler's letters and the claims are in `fluid.yaml`: m and n are the densities of body and fluid, a
-the diameter of the globe or the height of the cylinder, f and h the pendulum lengths of descent
-and ascent, e = f/2, b the height of fall of the speed at A. Tauto's are κ = 3n/8ma for a globe,
-n/2ma for a cylinder, γ = (m − n)/m and β = γκf.
+Euler's letters: m and n are the densities of body and fluid, a the diameter of the globe or the
+height of the cylinder, f and h the pendulum lengths of descent and ascent, e = f/2, b the height
+of fall of the speed at A. Tauto's are κ = 3n/8ma for a globe, n/2ma for a cylinder, γ = (m − n)/m
+and β = γκf.
 
-The values come from quadrature and integrated motion; nothing here uses the formulas that are
-checked. The slope follows from the condition that every descent takes the same time (§14), the
-height from the slope by quadrature, and speeds and times from the equation of motion.
+The values do not use the formulas of the claims. The slope follows from the condition that every
+descent takes the same time (§14), the height from the slope by quadrature, speeds and times from
+the integrated motion.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ GLOBE, GAMMA, BETA = (_LETTERS[name] for name in 'κγβ')
 CYLINDER = N / (2.0 * M * A)
 FRICTION = 0.03
 SHORT, SMALL, THIN = 0.01, 1e-4, 0.01
-"""An arc of the series of §24, b of those of §34 [m], and κ of those of §27–28 [1/m]."""
+"""An arc for the series of §24 [m], b for §34 [m], and κ for §27–28 [1/m]."""
 
 
 def slope(s: float, kappa: float = GLOBE, length: float = F) -> float:
@@ -69,34 +69,34 @@ def speed_height(s: float, at_lowest: float = B) -> float:
 
 
 def derivative(function: Callable[[float], float], at: float, step: float = 1e-3) -> float:
-    """Return a derivative by differences of fourth order, good to 1e-10 or so."""
+    """Return a derivative by differences of fourth order, to about 1e-10."""
     inner = function(at + step) - function(at - step)
     outer = function(at + 2.0 * step) - function(at - 2.0 * step)
     return (8.0 * inner - outer) / (12.0 * step)
 
 
 def zero_of(function: Callable[[float], float], low: float, high: float) -> float:
-    """Return where a function is 0, between two places, to rounding."""
+    """Return the root of a function between two arguments, to rounding."""
     return float(brentq(function, low, high, xtol=1e-15, rtol=1e-14))
 
 
 def quarter(start: float, friction: float = 0.0, length: float = F) -> float:
-    """Return the time from rest at an arc to A on the curve, by the equation of motion [s].
+    """Return the time from rest at an arc to A, by the equation of motion [s].
 
-    A negative arc goes in the other direction, down the branch of ascent; with friction μ, over
-    the weight in the fluid, the curve is steeper by μ.
+    A negative arc is on the branch of ascent. Friction μ is relative to the weight in the fluid,
+    and makes the curve steeper by μ.
     """
     motion = _motion(start, friction, length, to_rest=False)
     return motion[0]
 
 
 def swing(start: float) -> tuple[float, float]:
-    """Return time [s] and signed end [m] of the half swing from rest at an arc."""
+    """Return the time [s] and the signed end [m] of the swing from rest at an arc."""
     return _motion(start, 0.0, F, to_rest=True)
 
 
 def _motion(start: float, friction: float, length: float, *, to_rest: bool) -> tuple[float, float]:
-    # s̈ = −γg (p ∓ μ) ± κṡ²; on the descent, where p is steeper by μ, friction cancels
+    # s̈ = −γg (p ∓ μ) ± κṡ², with p steeper by μ on the descent, which cancels friction
     side = math.copysign(1.0, start)
     beta = GAMMA * GLOBE * length
 
@@ -120,7 +120,7 @@ def _motion(start: float, friction: float, length: float, *, to_rest: bool) -> t
 def ascent(start: float, length: float) -> float:
     """Return the time from A to rest, up a branch of this pendulum length [s].
 
-    The speed at A is that of the descent from rest at an arc of the branch of f.
+    The body has descended from rest at an arc of the branch of f.
     """
     beta = GAMMA * GLOBE * length
     speed = math.sqrt(2.0 * G * fallen(start))
@@ -139,16 +139,16 @@ def ascent(start: float, length: float) -> float:
 
 
 # -----------------------------------------------------------------------------
-# The values with which the claims of `fluid.yaml` are compared, by the names that they have there.
+# The reference values of the claims, by their names in `fluid.yaml`.
 
 
 def values() -> dict[str, float]:
-    """Return every computed value of the paper."""
+    """Return all reference values of the paper."""
     return _of_arc() | _of_cylinder() | _of_globe() | _of_cusps() | _of_shape() | _of_arcs()
 
 
 def _of_arc() -> dict[str, float]:
-    """Return what belongs to the arc S: heights x and u, slopes, t and v, and times."""
+    """Return the values at the arc S: heights x and u, slopes, t and v, and times."""
     return {
         'x': height(S),
         'u': height(-S, length=H),
@@ -183,7 +183,7 @@ def _of_cylinder() -> dict[str, float]:
 
 
 def _time_of_any_fall() -> float:
-    """Return ∫ dt/√(bt − t²) from 0 to b, with t = b sin²u, by a sum."""
+    """Return ∫ dt/√(bt − t²) from 0 to b, with t = b sin²u, by the midpoint rule."""
     u = (np.arange(16) + 0.5) * (0.5 * math.pi / 16)
     t = B * np.sin(u) ** 2
     speed = 2.0 * B * np.sin(u) * np.cos(u)
@@ -191,7 +191,7 @@ def _time_of_any_fall() -> float:
 
 
 def _drag_of_globe(size: float, density: float) -> float:
-    """Return κ of a globe from a drag coefficient of 1/2 on its section [1/m]."""
+    """Return κ of a globe with a drag coefficient of 1/2 [1/m]."""
     mass = M * math.pi / 6.0 * size**3
     return 0.5 * 0.5 * density * 0.25 * math.pi * size**2 / mass
 
@@ -272,5 +272,5 @@ def _of_arcs() -> dict[str, float]:
 
 
 def claims() -> list[Claim]:
-    """Return the claims of paper B in its order; each is computed."""
+    """Return the claims of the paper, in its order."""
     return read_claims('B', 'fluid', values())

@@ -1,4 +1,4 @@
-"""Paper B for its page: every paragraph, and its five figures constructed from the text.
+"""Paper B for its page: its five figures, constructed from the text.
 
 The examples have κ = 3n/8ma of a globe, γ = (m − n)/m = 0.9, lengths in metres.
 """
@@ -27,7 +27,7 @@ _START = 0.55
 
 
 def _branch(curve: FluidTautochrone, end: float) -> tuple[FloatArray, FloatArray]:
-    """Return the curve from A to an arc: horizontal places and heights [m]."""
+    """Return abscissas and heights of the curve from A to an arc [m]."""
     height, level = coordinates(curve, end * _ALONG)
     return level, height
 
@@ -66,7 +66,7 @@ def _figure_1(kappa: float, part: float) -> View:
 def _figure_2(descent: float, ascent: float) -> View:
     down, up = (FluidTautochrone(0.75, GAMMA, f) for f in (descent, ascent))
     drawing = Drawing(-0.82, 0.82, -0.08, 0.78)
-    # both branches to their cusps, at most as long as the sheet is wide
+    # both branches to their cusps, within the sheet
     right, high = _branch(down, min(down.descent_cusp, 0.8))
     across, steep = _branch(up, max(up.ascent_cusp, -0.8))
     drawing.line((0.0, 0.0), (0.0, 0.7), look='thin')
@@ -156,7 +156,7 @@ def _figure_4(ascent: float) -> View:
     return View(
         drawing,
         f'*h* = {ascent:g} m, *β = γκh* = {curve.beta:.4f}: *dt = du* at *t* = {cusp:.5f} m, *u* '
-        f'= {top:.5f} m; on the descent of *f = h* it is at *x* = {twin:.5f} m.',
+        f'= {top:.5f} m. On the descent of *f = h* it is at *x* = {twin:.5f} m.',
     )
 
 
@@ -182,7 +182,7 @@ def _figure_5(kappa: float) -> View:
     across = float(abscissa(curve, ends[1]) - abscissa(curve, ends[0]))
     return View(
         drawing,
-        f'*B* is {float(x[-1]):.4f} m and *C* {float(x[0]):.4f} m high; *BD* and *CE* are as wide '
+        f'*B* is {float(x[-1]):.4f} m and *C* {float(x[0]):.4f} m high. *BD* and *CE* are as wide '
         f'as *BC*, {across:.4f} m.',
     )
 

@@ -1,11 +1,10 @@
-"""Formulas of the claims: one parser, from which they are set as MathML and evaluated.
+"""Formulas of the claims: a parser, from which they are set as MathML and evaluated.
 
-The claims keep each formula as a line of text, letter by letter. Adjacent letters and numbers are
-a product. A slash makes a fraction of the product before it and the product after it, a root
-without brackets covers the rest of its product, and braces enclose exponents. A colon between
-spaces divides as well, after the slash. Within brackets, roots and exponents a slash is shown as
-one: many a computer has no font whose brackets and roots grow. '‹b|h›' is a faulty letter with the
-right one, which is set in brackets behind it.
+A formula is a line of text. Adjacent letters and numbers are a product. A slash makes a fraction
+of the products before and after it, a root without brackets covers the rest of its product, and
+braces enclose exponents. A colon between spaces divides, too, after the slash. Within brackets,
+roots and exponents a slash stays a slash, since few fonts have brackets and roots that grow.
+'‹b|h›' is a faulty letter and the right one, which is set behind it in brackets.
 """
 
 from __future__ import annotations
@@ -48,18 +47,18 @@ _IN_PRODUCT = _FACTORS | {'group', 'dot'}
 
 
 class FormulaError(ValueError):
-    """A formula without a value: a letter that has none, or a sign that is not reckoned with."""
+    """A formula without a value, because of a letter without a value or an unknown sign."""
 
 
 class _Node(NamedTuple):
     """A piece of a row.
 
     Attributes:
-        kind: a kind of token; or `group` in brackets or braces, `power`, `drawn` (a root) and
+        kind: a kind of token, or `group` (in brackets or braces), `power`, `drawn` (a root) or
             `fraction`.
-        text: of a token; the bracket of a group.
-        parts: in the group, under the root, over the bar, or the base of the power.
-        below: under the bar, or the exponent.
+        text: text of a token, or the bracket of a group.
+        parts: content of a group or a root, numerator, or base of a power.
+        below: denominator or exponent.
     """
 
     kind: str
@@ -79,7 +78,7 @@ def _tokens(formula: str) -> list[_Node]:
 
 
 def _row(tokens: _Row, at: int = 0) -> tuple[tuple[_Node, ...], int]:
-    """Return the row up to the bracket that closes it, and the place behind that."""
+    """Return the row up to its closing bracket, and the index after that."""
     nodes: list[_Node] = []
     while at < len(tokens):
         token = tokens[at]
@@ -106,7 +105,7 @@ def _base(nodes: list[_Node]) -> tuple[_Node, ...]:
 
 
 def _spaced(nodes: _Row) -> list[_Node]:
-    """Leave out the spaces beside signs, which bring their own."""
+    """Drop the spaces around signs, which MathML adds."""
     return [
         node
         for k, node in enumerate(nodes)
@@ -116,7 +115,7 @@ def _spaced(nodes: _Row) -> list[_Node]:
 
 
 def _roots(nodes: _Row) -> list[_Node]:
-    """Draw roots over the group that follows, or over the rest of the product."""
+    """Extend roots over the next group, or over the rest of the product."""
     drawn: list[_Node] = []
     at = 0
     while at < len(nodes):
@@ -135,7 +134,7 @@ def _roots(nodes: _Row) -> list[_Node]:
 
 
 def _fractions(nodes: _Row) -> list[_Node]:
-    """Set a product over a product; a slash that has none on one side stays a slash."""
+    """Set a product over a product. A slash without a product on one side stays a slash."""
     drawn: list[_Node] = []
     at = 0
     while at < len(nodes):
@@ -156,16 +155,14 @@ def _fractions(nodes: _Row) -> list[_Node]:
 
 
 # -----------------------------------------------------------------------------
-# As MathML, which browsers set without a script.
+# MathML, which browsers set without a script.
 
 
 def mathml(formula: str, *, flat: bool = False) -> str:
-    """Return a formula of a claim as `math` elements; an empty one as an empty string.
+    """Return a formula as `math` elements, or '' if it is empty.
 
-    A flat one keeps its slashes, so that a line of text is no higher for it.
-
-    Browsers break no line within an element. So one ends before each sign between spaces that
-    stands in no bracket.
+    A flat formula keeps its slashes, and the height of a line of text. Browsers break lines only
+    between elements: an element ends before each sign between spaces outside brackets.
     """
     tokens = _tokens(formula)
     lines: list[list[_Node]] = [[]]
@@ -174,7 +171,7 @@ def mathml(formula: str, *, flat: bool = False) -> str:
         depth += (token.kind == 'open') - (token.kind == 'close')
         kinds = [item.kind for item in tokens[max(k - 1, 0) : k + 2]]
         if depth == 0 and kinds == ['space', 'other', 'space']:
-            lines[-1] = lines[-1][:-1]  # the sign brings its own space
+            lines[-1] = lines[-1][:-1]  # MathML adds the space of a sign
             lines.append([])
         lines[-1].append(token)
     return '<wbr/>'.join(
@@ -225,36 +222,36 @@ def _letter_markup(text: str) -> str:
 
 
 def _product(row: _Row) -> str:
-    """Return the markup of a product over or under a bar, which replaces its own brackets."""
+    """Return the markup of a numerator or denominator, without its outer brackets."""
     alone = len(row) == 1 and row[0].kind == 'group'
     return f'<mrow>{_markups(row[0].parts if alone else row)}</mrow>'
 
 
 def _sign(text: str) -> str:
-    # a sign keeps its spaces where a line begins with it
+    # a sign keeps its spaces at the beginning of a line
     form = ' form="infix"' if text in '=+−:<>≥' else ''
     return f'<mo{form}>{escape(text)}</mo>'
 
 
 # -----------------------------------------------------------------------------
-# As a number.
+# Values.
 
 Letters = Mapping[str, float]
 
 
 def evaluate(formula: str, letters: Letters, of: str = '') -> float:
-    """Return the value of a formula, of its second side if it is an equation.
+    """Return the value of a formula, or of the right side of an equation.
 
     Args:
-        formula: as a claim has it.
+        formula: formula of a claim.
         letters: the values of its letters, of differentials (dx) and of lines (BC).
-        of: the letter whose value is sought: on the first side that has it, the other side having
-            the value that `letters` gives.
+        of: letter for which to solve the equation: on the first side that has it, with the other
+            side's value by `letters`.
 
     Raises:
         FormulaError: a formula without a value.
     """
-    # what stands behind a comma explains the letters
+    # words behind a comma explain the letters
     sides = _split(_row(_tokens(formula.split(', ', maxsplit=1)[0]))[0], '=')
     if not of:
         return _sum(sides[min(1, len(sides) - 1)], letters)
@@ -265,7 +262,7 @@ def evaluate(formula: str, letters: Letters, of: str = '') -> float:
         off = _sum(side, values) - aim
         x_old, off_old = 1.01 * x + 1e-3, 0.0
         off_old = _sum(side, {**letters, of: x_old}) - aim
-        # the secant, until rounding ends it
+        # secant method, until rounding ends it
         for _ in range(60 if off != off_old else 0):
             if off in (0.0, off_old):
                 return x
@@ -288,7 +285,7 @@ def _sum(row: _Row, letters: Letters) -> float:
     total = 0.0
     for part in _split(row, '+'):
         for j, term in enumerate(_split(part, '−')):
-            # a sign may stand first; after the last stands etc
+            # a sign may come first, and "etc" last
             if [node for node in term if node.text not in ('etc', '…')]:
                 value, *divisors = (_times(factor, letters) for factor in _split(term, ':'))
                 total += (-1.0 if j else 1.0) * value / math.prod(divisors)
@@ -296,7 +293,7 @@ def _sum(row: _Row, letters: Letters) -> float:
 
 
 def _times(row: _Row, letters: Letters) -> float:
-    """Return the value of a product, in which the functions take what follows them."""
+    """Return the value of a product, with functions of the factors behind them."""
     product = 1.0
     at = 0
     while at < len(row):
@@ -325,14 +322,14 @@ def _times(row: _Row, letters: Letters) -> float:
 
 
 def _letter(node: _Node) -> str:
-    """Return the letter that a node is, or is a power of."""
+    """Return the letter of a node, or of the base of its power, or ''."""
     if node.kind == 'power' and len(node.parts) == 1:
         node = node.parts[0]
     return node.text if node.kind == 'letter' else ''
 
 
 def _named(row: _Row, at: int, letters: Letters) -> tuple[float, int]:
-    """Return the value of the longest name that begins at a place, and the place behind it."""
+    """Return the value of the longest name from an index on, and the index behind it."""
     run = []
     for node in row[at:]:
         if not _letter(node):
@@ -363,4 +360,4 @@ def _value(node: _Node, letters: Letters) -> float:
         return 0.5
     if node.kind in ('space', 'dot') or node.text in ('scrup.', 'etc', '…'):
         return 1.0
-    raise FormulaError(f'{node.text} is not reckoned with')
+    raise FormulaError(f'{node.text} is not a known sign')

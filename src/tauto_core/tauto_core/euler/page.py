@@ -1,6 +1,6 @@
 """All claims, their summary, and the page: tables of the claims, with Euler's figures.
 
-Numbers are rounded to so few digits that the text is the same on every machine.
+Numbers are rounded to seven digits, for the same text on every machine.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from tauto_core.files import write_whole
 from tauto_core.scene.errors import TautoError
 
 # -----------------------------------------------------------------------------
-# The claims of all three papers, in their order.
+# The claims and the page of all three papers.
 
 
 def all_claims() -> list[Claim]:
-    """Return the claims in the order of paper and paragraph."""
+    """Return the claims of all papers, in the order of paper and paragraph."""
     return [*trochlea_1727.claims(), *fluid_1729.claims(), *axle_1780.claims()]
 
 
@@ -52,33 +52,31 @@ EDITIONS: tuple[Edition, ...] = (
 )
 """The papers paragraph by paragraph."""
 SHOWN_ABOVE = 1e-9
-"""Above this a difference is printed in digits, below it only as a bound."""
+"""Smallest difference printed in digits. A smaller one is printed as a bound."""
 
 _HEAD = """# Euler's papers, claim by claim
 
-Written by `tauto euler --page docs`; do not edit. The text that we have of each paper is a
-transcription by machine. *As it stands* is the formula or number of that text, letter by letter,
-and after the arrow its value for an example; it is empty where the text makes the claim in words.
-*As it must be* is the formula that agrees with what is computed. *Tauto adds* a formula to a claim
-in words, or a figure that makes one testable; its value then follows its arrow. The column
-*computed* has the same quantity, found independently of these formulas: by quadrature, by
-integrating the motion, or by another closed form. *Off by* is the difference of value and computed
-value, relative to the latter, or absolute where that is 0.
+Written by `tauto euler --page docs`. Do not edit it. Our text of each paper is a transcription by
+machine. *As it stands* is the formula or number of that text, letter by letter, with its value for
+an example after the arrow, or empty if the claim is in words. *As it must be* is the formula that
+agrees with the computed value. *Tauto adds* a formula to a claim in words, or a testable figure,
+with its value. The column *computed* has the same quantity, independent of these formulas: by
+quadrature, by integrating the motion, or by another closed form. *Off by* is the difference of
+value and computed value, relative to the latter, or absolute if that is 0.
 
-A claim *holds* if the two agree. It is *corrected* if only the formula as it must be agrees, and
-where a letter or a word is wrong that has no value. It *fails* if the claim itself is wrong. A
-question of the paper is *answered*. A claim that is not in the paper is *added*. The column *whose
-fault* judges the corrections. The transcription's are certain where the text itself has the
-formula right elsewhere, or where only a machine reads so. The print, and perhaps Euler, is likely
-where a fault is repeated while its neighbours are whole. All others are open until scans are
-compared.
+A claim *holds* if the two agree. It is *corrected* if only the formula as it must be agrees, or if
+a letter or a word is wrong that has no value. It *fails* if the claim itself is wrong. A question
+of the paper is *answered*. A claim that is not in the paper is *added*. The column *whose fault*
+judges the corrections. The transcription is certain if the text has the formula right elsewhere,
+or if only a machine reads so. The print, and perhaps Euler, is likely if a fault is repeated while
+its neighbours are intact. All others are open until scans are compared.
 
-The rows are the results of the papers and the faults of our text; many intermediate steps that
-hold have none. `tauto euler --site DIR` writes each paper as an interactive page, with each
-paragraph in two sentences and in Latin, and the commands that show its point. Examples are in SI
-units unless a claim says otherwise. Euler writes *xx* for *x²*, and in paper B *l* for the natural
-logarithm and *c* for its base. In paper C the lengths of both pendulums are written *h* and *h′*,
-where our text has *b* and *b′* but in §53 (see §20).
+The rows are the results of the papers and the faults of our text, without many intermediate steps
+that hold. `tauto euler --site DIR` writes each paper as an interactive page, with each paragraph
+in two sentences and in Latin, and the commands that show its point. Examples are in SI units
+unless a claim says otherwise. Euler writes *xx* for *x²*, and in paper B *l* for the natural
+logarithm and *c* for its base. The lengths of both pendulums in paper C are *h* and *h′* here, but
+*b* and *b′* in our text except in §53 (see §20).
 
 {summary}
 """
@@ -93,9 +91,10 @@ class PageError(TautoError):
 
 
 def write_pages(folder: Path, pages: Iterable[tuple[str, str]]) -> None:
-    """Write pages by their names into a folder; it is made, and files of these names replaced.
+    """Write pages by their names into a folder, and replace existing files.
 
-    PageError: one that cannot be written.
+    Raises:
+        PageError: a page cannot be written.
     """
     try:
         for name, text in pages:
@@ -123,7 +122,7 @@ def write_page(folder: Path, claims: Sequence[Claim]) -> None:
 
 
 def claims_page(claims: Sequence[Claim]) -> str:
-    """Return the page as Markdown: a section a paper, its figures, then its claims."""
+    """Return the page as Markdown: a section for each paper, with its figures and claims."""
     parts = [_HEAD.format(summary='\n'.join(wrap(summary(claims) + '.', 99)))]
     for edition in EDITIONS:
         parts.append(f'## {edition.paper}. {edition.short} (*{edition.title}*)\n')
@@ -146,7 +145,7 @@ def _file(edition: Edition, figure: EulerFigure) -> str:
 
 
 def off_by(claim: Claim) -> str:
-    """Return how a difference is written: below rounding, the power of ten that it is under."""
+    """Return a difference as text, or its bound if it is below `SHOWN_ABOVE`."""
     if math.isinf(claim.difference):
         return '—'
     if claim.difference <= SHOWN_ABOVE:
@@ -172,12 +171,12 @@ def _row(claim: Claim) -> str:
 
 
 def seven_digits(value: float) -> str:
-    """Return how a value is written: so few digits are the same on every machine."""
+    """Return a value in seven digits."""
     return typeset(f'{value:.7g}')
 
 
 def typeset(text: str) -> str:
-    """Return text with the signs of negative numbers as long as a plus; not those of powers."""
+    """Return text with minus signs for the hyphens of negative numbers, but not of powers."""
     return re.sub(r'(?<!e)-(?=\d)', '−', text)
 
 
@@ -193,8 +192,8 @@ def _sentence(words: str) -> str:
 
 
 def _safe(text: str) -> str:
-    """Return text in which the characters that Markdown would interpret are escaped."""
+    """Return text with Markdown's characters escaped."""
     for sign in '\\|*_`':
         text = text.replace(sign, '\\' + sign)
-    # an entity, since not every reader of Markdown takes a backslash before the sign
+    # an entity, since not every reader of Markdown knows '\<'
     return text.replace('<', '&lt;')

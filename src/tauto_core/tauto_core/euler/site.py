@@ -1,7 +1,7 @@
-"""The papers as pages to read and to play with, one self-contained HTML file each.
+"""The papers as interactive pages, one self-contained HTML file each.
 
-A page holds every drawing of its figures for every value of their controls, so that what moves is
-what this code computed; its script only exchanges drawings. It uses no network.
+A page holds the drawings of its figures for all values of their controls. Its script only
+exchanges drawings. It uses no network.
 """
 
 from __future__ import annotations
@@ -21,14 +21,14 @@ from tauto_core.euler.formulas import mathml
 from tauto_core.euler.page import EDITIONS, off_by, seven_digits, typeset, write_pages
 
 _HEAD = dedent("""\
-    Written by <code>tauto euler --site</code>. Each paragraph is summarised in two sentences;
-    the formulas stand as in our text of the paper, a transcription by machine from scans, in which
-    the plates are missing. The Latin is that text, without running heads and with its formulas in
-    one line; <del>what we see to be wrong</del> has <ins>[what must stand there]</ins> behind it.
+    Written by <code>tauto euler --site</code>. Each paragraph is summarised in two sentences.
+    The formulas stand as in our text of the paper, a transcription by machine from scans without
+    the plates. The Latin is that text, without running heads and with its formulas in one line.
+    Behind <del>a fault</del> is <ins>[the correction]</ins>.
     The figures are constructed from the text, with Euler’s letters.
-    “Computed” is the same quantity found independently, by quadrature, by integrating the motion
-    or by another closed form. Only scans could show which faults of the text are in the print;
-    none were compared.""")
+    “Computed” is the same quantity, found independently by quadrature, by integrating the motion
+    or by another closed form. Only scans, which were not compared, could show which faults of the
+    text are in the print.""")
 _VERDICTS = {
     'holds': 'holds',
     'corrected': 'holds once corrected',
@@ -82,7 +82,7 @@ def paper_page(edition: Edition, claims: Sequence[Claim]) -> str:
 def _paragraph(
     paragraph: Paragraph, figures: Sequence[EulerFigure], claims: Sequence[Claim]
 ) -> str:
-    # a line ends between words, not within an option
+    # a line may end between words, not within an option
     runs = ''
     for run in paragraph.runs:
         words = ' '.join(f'<span>{escape(word)}</span>' for word in run.split())
@@ -144,7 +144,7 @@ def _figure(figure: EulerFigure) -> str:
 
 
 def _frames(figure: EulerFigure) -> dict[str, list[list[str]] | list[str]]:
-    """Return the drawings for all values of the controls, the last of which changes first."""
+    """Return the drawings for all values of the controls. The last control changes first."""
     every = itertools.product(*(control.values for control in figure.controls))
     views = [figure.draw(*values) for values in every]
     return {
@@ -162,7 +162,7 @@ def _sentence(words: str) -> str:
 
 
 def _latin(text: str) -> str:
-    """Return a text as HTML, with what must stand there behind each fault."""
+    """Return a text as HTML, with each fault's correction behind it."""
     # a sentence, a formula as it stands, and as it must be
     pieces = re.split(r'‹(\*.*?\*)\|(\*.*?\*)›', text)
     html = ''

@@ -1,8 +1,6 @@
 """The claims of paper A, *Dissertatio de novo quodam curvarum tautochronarum genere* (1727, E6).
 
 Examples: a base radius r = 20 mm, the involute at the roll angle z = 2, a hole at a = 2 b.
-Computed values come from the points of the unrolled circle, from the lines of the thread, from
-sums over the disc, or from the motion integrated by DOP853.
 """
 
 from __future__ import annotations
@@ -18,10 +16,9 @@ from tauto_core.euler.edition import Claim, G, letters_of, read_claims
 from tauto_core.samples import FloatArray
 
 # -----------------------------------------------------------------------------
-# Reference values, from points, lines, sums and motions.
-#
-# None uses the formulas that are checked. Lengths are metres; the unrolled circle has the radius
-# 1.
+# Reference values, independent of the claims' formulas: from the points of the unrolled circle,
+# which has the radius 1, the lines of the thread, sums over the disc, and motions integrated by
+# DOP853. Lengths are in metres.
 
 _LETTERS = letters_of('trochlea')
 BASE_RADIUS, ROLL_ANGLE, HOLE, TURNED = (_LETTERS[name] for name in 'rzat')
@@ -37,7 +34,7 @@ def slope_at(function: OfArray, x: float) -> float:
 
 
 def circle_unrolled(z: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the end of a thread that is unrolled from a unit circle by the angle z."""
+    """Return the end of a thread that unrolls from a unit circle by the angle z."""
     return np.cos(z) + z * np.sin(z), np.sin(z) - z * np.cos(z)
 
 
@@ -62,7 +59,7 @@ def distance_of_normal(z: float) -> float:
 
 
 def distance_of_normal_side(z: float) -> float:
-    """Return the distance from C of the curve's tangent, along which the thread leaves it."""
+    """Return the distance of the curve's tangent, the line of the thread, from C."""
     x, y = circle_unrolled(np.array(z))
     across, along = _tangent(z)
     return BASE_RADIUS * abs(float(x) * along - float(y) * across)
@@ -75,7 +72,7 @@ def _speed(z: FloatArray) -> FloatArray:
 
 @lru_cache(maxsize=1)
 def _rates() -> tuple[Chebyshev, Chebyshev]:
-    """Return the derivatives of the points' coordinates up to z = 3."""
+    """Return the derivatives of the coordinates up to z = 3."""
     x = Chebyshev.interpolate(lambda s: circle_unrolled(s)[0], 40, domain=[0.0, 3.0])
     y = Chebyshev.interpolate(lambda s: circle_unrolled(s)[1], 40, domain=[0.0, 3.0])
     return x.deriv(), y.deriv()
@@ -88,7 +85,7 @@ def length(z: float) -> float:
 
 
 def unwound(angle: FloatArray) -> FloatArray:
-    """Return the lift of the weight, the length wound on the cheek, from its points."""
+    """Return the lift of the weight, the length of thread on the cheek."""
     return np.array([BASE_RADIUS * length(float(value)) for value in np.ravel(angle)])
 
 
@@ -102,7 +99,7 @@ def curvature_radius(z: float) -> float:
 
 
 def inertia_of_rings(weight: float, radius: float) -> float:
-    """Return the moment of inertia of a homogeneous disc, summed over its rings [kg m2]."""
+    """Return the moment of inertia of a homogeneous disc, integrated over its rings [kg m2]."""
     nodes, weights = np.polynomial.legendre.leggauss(8)
     ring = 0.5 * radius * (nodes + 1.0)
     density = weight / G / (math.pi * radius**2)
@@ -110,7 +107,7 @@ def inertia_of_rings(weight: float, radius: float) -> float:
 
 
 def disc_energy(weight: float, radius: float, rim: float) -> float:
-    """Return the kinetic energy of a disc from the velocity of its rim [J]."""
+    """Return the kinetic energy of a disc with the velocity `rim` of its rim [J]."""
     return 0.5 * inertia_of_rings(weight, radius) * (rim / radius) ** 2
 
 
@@ -123,7 +120,7 @@ def period(
     inertia: float | None = None,
     carried: float = 0.0,
 ) -> float:
-    """Return the period on an involute of base radius r, of a disc of radius r or an inertia."""
+    """Return the period on an involute of base radius r, of an inertia or a disc of radius r."""
     from scipy.integrate import solve_ivp
 
     wheel = inertia_of_rings(weight, BASE_RADIUS) if inertia is None else inertia
@@ -142,7 +139,7 @@ def period(
     run = solve_ivp(
         motion, (0.0, long), [amplitude, 0.0], 'DOP853', events=middle, rtol=1e-12, atol=1e-15
     )
-    # from rest to the middle, which the event misses by rounding
+    # from rest to the middle, corrected for the event's rounding
     times, states = run.t_events or [], run.y_events or []
     angle, rate = states[0][0]
     return 4.0 * (float(times[0][0]) - float(angle) / float(rate))
@@ -163,7 +160,7 @@ def rim_height(arc: float, weight: float, pull: float) -> OfArray:
 
 
 def cycloid_slope(part: float) -> float:
-    """Return the sine of the slope of a cycloid where its arc from the bottom is `part` of AO."""
+    """Return the sine of a cycloid's slope at an arc of `part` AO from the bottom."""
     # the cycloid of a pendulum of unit length, by its rolling circle of radius 1/4
     turned = 2.0 * math.asin(part)
     x = slope_at(lambda s: 0.25 * (s + np.sin(s)), turned)
@@ -172,9 +169,9 @@ def cycloid_slope(part: float) -> float:
 
 
 def radius_of_pendulum(weight: float, pull: float, length: float) -> float:
-    """Return the base radius at which a disc of that radius keeps time with a pendulum.
+    """Return the base radius at which a disc of this radius has the period of a pendulum.
 
-    The period is proportional to the root of the radius; one integrated motion gives the factor.
+    The period is proportional to the root of the radius. One integrated motion gives the factor.
     """
     seconds = period(1.0, weight, pull)
     return BASE_RADIUS * length / (G * (seconds / math.tau) ** 2)
@@ -203,20 +200,20 @@ def directions(angle: FloatArray, distance: float) -> FloatArray:
 def envelope_distance(angle: float, distance: float) -> float:
     """Return p, from the foot of the lever arm to the cheek along the thread's line.
 
-    Neighbouring lines x cos ψ + y sin ψ = t intersect where −x sin ψ + y cos ψ = dt/dψ.
+    Neighbouring lines x cos ψ + y sin ψ = t intersect at −x sin ψ + y cos ψ = dt/dψ.
     """
     return RATE / slope_at(lambda value: directions(value, distance), angle)
 
 
 def angle_of_hole(angle: float) -> float:
-    """Return the angle at C between the hole at rest and after a turn of the wheel [rad]."""
+    """Return the angle at C from the hole at rest to the hole after a turn of the wheel [rad]."""
     at_rest, turned = _hole_place(0.0, HOLE), _hole_place(angle, HOLE)
     cross = at_rest[0] * turned[1] - at_rest[1] * turned[0]
     return math.atan2(float(cross), float(at_rest @ turned))
 
 
 def small_triangles(angle: float) -> float:
-    """Return (Oo/OC) : (On/OM) with a small turn, o the hole after it."""
+    """Return (Oo/OC) : (On/OM) with o, the hole after a small turn."""
     turn = 1e-6
     start, end = (_hole_place(angle + side * turn, HOLE) for side in (-0.5, 0.5))
     psi = direction(angle, HOLE)
@@ -229,11 +226,11 @@ def small_triangles(angle: float) -> float:
 
 
 # -----------------------------------------------------------------------------
-# The values with which the claims of `trochlea.yaml` are compared, by the names they have there.
+# The reference values of the claims, by their names in `trochlea.yaml`.
 
 
 def claims() -> list[Claim]:
-    """Return every claim of the paper, in its order; each is computed."""
+    """Return every claim of the paper, in its order."""
     return read_claims('A', 'trochlea', _of_involute() | _of_motion() | _of_hole())
 
 

@@ -1,8 +1,8 @@
-"""Paper A for its page: every paragraph, and its eleven figures constructed from the text.
+"""Paper A for its page: its eleven figures, constructed from the text.
 
-Where the text leaves a curve open, the figures take the curve that it finds in the end: the
-involute of §XIV, the curve of §XXIX. Points of the wheel's frame have y along the thread at rest,
-as in `curves.cam`; the drawings have it downwards.
+If the text leaves a curve open, the figure shows the final solution: the involute of §XIV, or the
+curve of §XXIX. The wheel's frame has y along the thread at rest, as in `curves.cam`, and the
+drawings have it downwards.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ _CIRCLE = np.linspace(0.0, math.tau, 121)
 def _hung(
     points: tuple[ArrayLike, ArrayLike], angle: float = 0.0
 ) -> tuple[FloatArray, FloatArray]:
-    """Return points of the wheel's frame in the drawing, the wheel turned by an angle."""
+    """Return points of the wheel's frame in the drawing, with the wheel turned by an angle."""
     x, y = turned(points, -angle)
     return x, -y
 
 
 def _at(points: tuple[ArrayLike, ArrayLike], angle: float = 0.0) -> tuple[float, float]:
-    """Return one point of the wheel's frame in the drawing."""
+    """Return a point of the wheel's frame in the drawing."""
     x, y = _hung(points, angle)
     return float(x), float(y)
 
@@ -48,9 +48,9 @@ def _weight(drawing: Drawing, hook: tuple[float, float], radius: float) -> tuple
 def _cheeks(
     drawing: Drawing, cam: Cam, angle: float, reach: float, end: Point, lean: float = 0.0
 ) -> None:
-    """Draw both cheeks, and the thread: from their tip along one of them, then straight to an end.
+    """Draw both cheeks, and the thread: from their tip along a cheek, then straight to its end.
 
-    A thread that leans by δ leaves the cheek where a vertical one does at the turn less δ.
+    A thread that leans by δ has the contact of a vertical one at the turn less δ.
     """
     drawing.curve(*_hung(outline(cam, 60, reach), angle), 'curve')
     _thread(drawing, _hung(cam.contact(np.linspace(0.0, angle - lean, 40)), angle), end)
@@ -115,7 +115,7 @@ def _figure_iii(turn: float) -> View:
     _cheeks(drawing, Involute(r), turn, 2.6, tied, delta)
     drawing.circle((0.0, 0.0), 0.062, 'faint')
     drawing.line(fulcrum, end, look='heavy')
-    # the weight lies on the lever
+    # the weight is on the lever
     size = 0.011
     weight = end + size * np.array([-math.sin(beta), math.cos(beta)])
     drawing.circle(weight, size, 'solid')
@@ -170,7 +170,7 @@ def _figure_v(step: float) -> View:
         foot = np.array([math.sin(roll), math.cos(roll)])
         return foot + roll * np.array([-math.cos(roll), math.sin(roll)]), foot
 
-    # the drawing's y is the wheel's, downwards: B below, the curve to its right
+    # the drawing has the wheel's y downwards: B is below, the curve to its right
     points = [lettered(angle) for angle in np.linspace(0.0, 2.2, 60)]
     curve = np.array([point[0] for point in points]).T
     (m_point, t_point), (m_next, near_foot) = lettered(z), lettered(z + step)
@@ -179,7 +179,7 @@ def _figure_v(step: float) -> View:
     across = np.column_stack([chord, -second])
     share = float(np.linalg.solve(across, near_foot - t_point)[0])
     centre = t_point + share * chord
-    # p lies on the first normal, on the perpendicular Ct of the second
+    # p is the intersection of the first normal with the perpendicular Ct of the second
     foot = near_foot / np.linalg.norm(near_foot)
     crossing = t_point + chord * float(
         (-t_point[0] * foot[1] + t_point[1] * foot[0]) / (chord[0] * foot[1] - chord[1] * foot[0])
@@ -239,7 +239,7 @@ def _figure_vi(z: float) -> View:
     drawing.line(np.zeros(2), size * ray(s_angle))
     drawing.arc((0.0, 0.0), size, -0.5 * math.pi - n_angle, -0.5 * math.pi + s_angle, 'faint')
     drawing.line(ray(z), size * ray(s_angle), look='thread')
-    # the points found up to here, and the involute that the code draws
+    # the points constructed so far, and the involute of `curves`
     for arc in np.arange(STEP, z - 0.5 * STEP, STEP):
         drawing.circle(math.hypot(1.0, arc) * ray(arc - math.atan(arc)), 0.03, 'dot')
     rolls = np.linspace(0.0, z, 60)
@@ -272,7 +272,7 @@ def _figure_vii(turn: float) -> View:
         x, y = _hung(_UNIT.contact(np.linspace(0.0, 2.4, 60)), angle)
         drawing.curve(x, y, look)
     place, m_next = np.array([turn, -1.0]), np.array([turn - fall, -1.0])
-    # μ: the point of the first position that becomes m
+    # μ: the point at the first position that becomes m
     homologous = np.array(_at(_UNIT.contact(turn - fall), turn))
     end = np.array([turn, -2.6])
     lift = 0.5 * (turn**2 - (turn - fall) ** 2)
@@ -309,7 +309,7 @@ def _figure_vii(turn: float) -> View:
 
 
 def _cycloid(drawing: Drawing, arc: float, step: float) -> None:
-    """Draw the cycloid NA of the pendulum AO beside the wheel, with arcs like the wheel's."""
+    """Draw the cycloid NA of the pendulum AO, with the wheel's arcs."""
     length, foot = 3.2, np.array([3.6, -2.6])
 
     def place(s: float | FloatArray) -> FloatArray:
@@ -497,7 +497,7 @@ def _figure_xi(step: float) -> View:
     p = float(np.linalg.norm(pose['P']))
     return View(
         drawing,
-        f'*OCo : PCt* = {turn:.4f}, *CP : b* = {p:.4f}, for *o* at {step:.2f} rad from *O*; they '
+        f'*OCo : PCt* = {turn:.4f}, *CP : b* = {p:.4f}, for *o* at {step:.2f} rad from *O*. They '
         'agree as *o* comes to *O*.',
     )
 

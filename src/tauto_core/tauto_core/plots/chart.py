@@ -29,12 +29,12 @@ class Line:
     """A line, a band between two lines, points, or bars.
 
     Attributes:
-        name: in the legend; empty for none.
+        name: name in the legend, or empty.
         x: (n,), in the unit of the axis.
-        y: (n,), for a band the lower edge.
+        y: (n,), the lower edge of a band.
         colour: by role: blue the dial or the machine, orange estimates, green the ship, grey given
             values.
-        kind: how it is drawn; an area is a closed line with its inside filled.
+        kind: how it is drawn. An area is a closed and filled line.
         high: upper edge of a band or end of a bar, (n,).
     """
 
@@ -48,11 +48,11 @@ class Line:
 
 @dataclass(frozen=True)
 class Mark:
-    """An instant at which something happens, drawn as an upright line across a chart.
+    """An event, drawn as a vertical line.
 
     Attributes:
         x: in the unit of the axis.
-        name: written above the line; empty for a faint dotted line that the note explains.
+        name: label above the line, or empty for a faint dotted line that the note explains.
     """
 
     x: float
@@ -65,17 +65,18 @@ class Chart:
 
     Attributes:
         title: title of the picture.
-        x_label: the x label, with the unit.
-        y_label: the y label, with the unit.
-        lines: from the back to the front.
+        x_label: label of the x axis, with the unit.
+        y_label: label of the y axis, with the unit.
+        lines: lines from the back to the front.
         log_x, log_y: whether an axis is logarithmic.
-        equal: whether both axes have one scale.
-        note: further information for the reader; may be empty.
-        marks: instants that are marked.
-        y_ticks: whether the y axis has numbers; a drawing with a break in it has none.
-        is_map: whether x and y are longitude and latitude [°]: coasts are drawn below the lines,
-            and a mile is as long both ways in the middle. A band without `high` is a closed line.
-        names: names that are written at places (x, y).
+        equal: whether both axes have the same scale.
+        note: further information for the reader, or empty.
+        marks: events.
+        y_ticks: whether the y axis has numbers. A drawing with a break has no numbers.
+        is_map: whether x and y are longitude and latitude [°]. Coasts are drawn below the lines,
+            and miles have the same length both ways mid-map. A band without `high` is a closed
+            line.
+        names: names at places (x, y).
         below: the next chart below, on the same x axis.
     """
 
@@ -99,9 +100,9 @@ class Chart:
         return [self, *(self.below.panels if self.below else ())]
 
     def y_limits(self) -> tuple[float, float] | None:
-        """Return the range that shows the lines, and the bands as wide as they are at the end.
+        """Return the range of the lines and of the bands' ends, or `None` for an automatic range.
 
-        None where the renderer may choose: on logarithmic and equal axes.
+        It is automatic without bands, on maps, and on logarithmic and equal axes.
         """
         if (
             self.log_y
@@ -123,7 +124,7 @@ class Chart:
 
     @property
     def described(self) -> str:
-        """The chart in words: titles, axes, and where each line begins, ends and turns."""
+        """The chart in words: titles, axes, and the range and end of each line."""
         sentences = [f'{self.title}.'] if self.title else []
         for panel in self.panels:
             sentences.append(f'{panel.y_label} against {panel.x_label}.')
@@ -139,13 +140,13 @@ class Chart:
         return ' '.join(filter(None, sentences))
 
     def frame(self, ratio: float = 0.0) -> MapFrame:
-        """Return the frame of a map, which holds all lines; see `coast.map_frame`."""
+        """Return the frame of a map that contains all lines (`coast.map_frame`)."""
         x = np.concatenate([line.x for line in self.lines])
         return map_frame(x, np.concatenate([line.y for line in self.lines]), ratio)
 
 
 COLOURS = {'blue': '#0072b2', 'orange': '#d55e00', 'green': '#009e73', 'grey': '#767676'}
-"""The palette of Okabe and Ito, safe for the colour-blind; its grey suits white and black."""
+"""The palette of Okabe and Ito, safe for the colour-blind, with a grey for white and black."""
 LAND = '#e4dfd3'
 """The colour of land on white paper."""
 MAP_RATIO = 1.5
@@ -182,7 +183,7 @@ def draw_on(axes: Axes, of: Chart) -> None:
         _draw_line(axes, line, solid=of.equal)
     for mark in of.marks:
         axes.axvline(mark.x, color=COLOURS['grey'], lw=0.8, ls='--' if mark.name else ':')
-    # the names stand above the axes; the one of a mark at an end of the picture ends there itself
+    # names are above the axes, aligned to the edge if near it, and raised if they would collide
     left, right = axes.get_xlim()
     previous, raised = -1.0, False
     for mark in sorted((mark for mark in of.marks if mark.name), key=lambda mark: mark.x):
@@ -219,7 +220,7 @@ def draw_on(axes: Axes, of: Chart) -> None:
         axes.set_yticks([])
     axes.spines[['top', 'right']].set_visible(False)
     if sum(bool(line.name) for line in of.lines) > 1:
-        # where no place is free, the names stay legible on the lines that they cover
+        # opaque enough to be legible if it covers lines
         axes.legend(edgecolor='none', framealpha=0.8, fontsize=8.5, loc='best')
 
 

@@ -1,6 +1,6 @@
 """The pictures of a voyage: their contents as charts, and their files.
 
-Matplotlib draws them for `tauto plot`, Bokeh in the page of `tauto report`; both show the same.
+`tauto plot` draws the charts with Matplotlib, `tauto report` with Bokeh.
 """
 
 from __future__ import annotations
@@ -39,16 +39,16 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 # -----------------------------------------------------------------------------
-# The motion of the ship on a part of a voyage, for pictures: roll, and heave in metres.
+# The ship's motion on a part of a voyage: roll, and heave in metres.
 
 PART_S = 600.0
-"""Length of a part [s]; in a picture of weeks no wave could be seen."""
+"""Length of a part [s]. In a picture of weeks waves could not be seen."""
 MOST_SAMPLES = 1_000_000
 """Largest number of samples of the motion in a picture: 28 hours at 10 Hz, some 0.3 GB."""
 LOWEST_HZ = 0.03
-"""Lowest frequency [Hz]; below it an accelerometer shows its own drift rather than waves."""
+"""Lowest frequency [Hz]. Below it an accelerometer shows drift rather than waves."""
 TAPER_S = 30.0
-"""At both ends of a record the heave is tapered over this time [s]."""
+"""Time of the heave's taper at both ends of a record [s]."""
 
 
 @dataclass(frozen=True)
@@ -57,11 +57,10 @@ class Seaway:
 
     Attributes:
         time_s: time from the first reading, (n,) [s].
-        roll_rad: (n,), starboard side down is positive.
+        roll_rad: roll, (n,), positive with starboard down.
         vertical_m_s2: acceleration of the clock upwards, less its mean, (n,).
-        plumb_rad: apparent vertical from the true one, (n,), as the roll of a ship whose mast
-            points along it.
-        note: further information for the reader; may be empty.
+        plumb_rad: angle from the true to the apparent vertical, (n,), positive like the roll.
+        note: further information for the reader, or empty.
     """
 
     time_s: FloatArray
@@ -93,11 +92,7 @@ class Seaway:
 
 @dataclass(frozen=True)
 class _Window:
-    """A part of a voyage, from the first reading.
-
-    The note says why this part is shown; it is empty for the whole voyage or one that was asked
-    for.
-    """
+    """A part of a voyage, from the first reading. `note` says why it was chosen, if it was."""
 
     from_s: float
     to_s: float
@@ -105,10 +100,7 @@ class _Window:
 
 
 def seaway(voyage: Voyage, from_s: float = 0.0, length_s: float = PART_S) -> Seaway:
-    """Return the motion from a time on, computed from the scene if the voyage does not log it.
-
-    It lasts `length_s`, or less at the end of the voyage.
-    """
+    """Return the logged motion from `from_s` for `length_s`, or computed from the scene."""
     if SHIP_IMU in voyage.samples:
         imu = voyage.samples[SHIP_IMU]
         assert isinstance(imu, ImuSamples)
@@ -123,11 +115,12 @@ def seaway(voyage: Voyage, from_s: float = 0.0, length_s: float = PART_S) -> Sea
 
 
 def window(voyage: Voyage, from_s: float | None, to_s: float | None) -> _Window:
-    """Return the part of a voyage that is shown: the given one, or else the roughest.
+    """Return the part of a voyage to show: the given one, or the roughest.
 
-    Without a beginning it begins `PART_S` before the end, without an end it ends `PART_S` after
-    the beginning. A part that does not lie in the voyage, or is too long to be drawn, is a
-    UsageError.
+    With only one end given it lasts `PART_S`.
+
+    Raises:
+        UsageError: the part is not within the voyage, or is too long to draw.
     """
     end_s = float(voyage.time_s[-1])
     if from_s is None and to_s is None:
@@ -153,10 +146,9 @@ def window(voyage: Voyage, from_s: float | None, to_s: float | None) -> _Window:
 
 
 def _roughest(voyage: Voyage, end_s: float) -> _Window:
-    """Return the ten minutes with the greatest motion where it is logged, else of highest sea.
+    """Return the ten minutes of the greatest logged motion, or else about the highest sea.
 
-    The motion is measured as the mean square of the roll and of the vertical acceleration over g:
-    the tilt and the share by which the apparent gravity changes.
+    The measure is the mean square of the roll and of the vertical acceleration over g.
     """
     if end_s <= PART_S:
         return _Window(0.0, end_s)
@@ -182,9 +174,9 @@ def _roughest(voyage: Voyage, end_s: float) -> _Window:
 
 @lru_cache(maxsize=4)
 def weather(scene: Scene) -> tuple[WeatherState, ...]:
-    """Return the states of the sea that a ship meets within a scene; none without a weather.
+    """Return the states of the sea during a scene, if it has a weather.
 
-    The first is the one in force at the start, the last may be one that comes after the end.
+    The first is at the start or before it, the last at the end or after it.
     """
     ship = scene.ship
     if not isinstance(ship, SeaShip) or ship.weather is None:
@@ -211,11 +203,11 @@ def _felt(imu: ImuSamples, time_s: FloatArray, note: str) -> Seaway:
 # The contents of the pictures.
 
 MOST_POINTS = 2000
-"""Largest number of points of a line; longer lines are thinned so that every extreme is kept."""
+"""Largest number of points of a line. Longer lines are thinned, but keep every extreme."""
 # Number of pieces of a voyage over which the rate is measured.
 _PIECES = 25
 MOST_CHANGES = 8
-"""Largest number of changes of the weather that are marked; more could not be distinguished."""
+"""Largest number of marked changes of the weather. More could not be distinguished."""
 SEGMENT_S = 120.0
 """Length of the segments whose spectra are averaged [s]."""
 TITLE_LENGTH = 64
@@ -223,10 +215,7 @@ TITLE_LENGTH = 64
 
 
 def check_picture(what: str, file: str | Path | None, *, part: bool = False) -> None:
-    """Refuse, before anything runs, an unknown picture or a file to which it cannot be written.
-
-    `part`: whether a part of the voyage is given. See `check_what` and `files.check_plot`.
-    """
+    """Refuse an unknown picture (`check_what`) or a file (`files.check_plot`)."""
     check_what(what, part=part)
     if file is not None:
         check_plot(Path(file), 'file')
@@ -240,10 +229,11 @@ def picture(
     from_s: float | str | None = None,
     to_s: float | str | None = None,
 ) -> Figure:
-    """Return one of `PICTURES` as a figure, and write it to a file if one is named.
+    """Return one of `PICTURES` as a figure, and write it to a file, .svg, .png or .pdf, if given.
 
-    The file is .svg, .png or .pdf, and is replaced. An unknown picture, one without data, or
-    another suffix is a UsageError; a file that cannot be written an OutputError.
+    Raises:
+        UsageError: the picture is unknown or has no data, or the suffix is another.
+        OutputError: the file cannot be written.
     """
     check_picture(what, file, part=from_s is not None or to_s is not None)
     name = '\n'.join([*wrap(not_whole(voyage.result), TITLE_LENGTH), voyage.scene.name])
@@ -260,10 +250,16 @@ def picture(
 def chart(
     voyage: Voyage, what: str, from_s: float | None = None, to_s: float | None = None
 ) -> Chart:
-    """Return one of `PICTURES` of a voyage; times are from the first reading [s].
+    """Return one of `PICTURES` of a voyage.
 
-    A part can be given for `OF_A_PART` only; without one the roughest part of the voyage is shown.
-    No such picture, no data for it, or a part that cannot be shown is a UsageError.
+    Args:
+        voyage: the voyage.
+        what: the picture.
+        from_s: beginning of the part for `OF_A_PART`, from the first reading [s].
+        to_s: its end. Without both it is the roughest part of the voyage.
+
+    Raises:
+        UsageError: the picture is unknown or has no data, or the part cannot be shown.
     """
     check_what(what, part=from_s is not None or to_s is not None)
     if what in OF_A_PART:
@@ -274,7 +270,7 @@ def chart(
 
 
 def check_what(what: str, *, part: bool = False) -> None:
-    """Refuse an unknown picture, or a part of one that shows the whole voyage (UsageError)."""
+    """Raise UsageError for an unknown picture, or for a part of one of the whole voyage."""
     if what not in PICTURES:
         raise UsageError(f'{what!r}: is not a picture. Choose one of {", ".join(PICTURES)}')
     if part and what not in OF_A_PART:
@@ -287,7 +283,7 @@ def check_what(what: str, *, part: bool = False) -> None:
 def thinned(
     x: FloatArray, y: FloatArray, most: int = MOST_POINTS
 ) -> tuple[FloatArray, FloatArray]:
-    """Return a line with at most `most` >= 4 points: least and greatest of each interval."""
+    """Return a line of at most `most` >= 4 points: the extremes in each interval."""
     if len(x) <= most:
         return x, y
     stretches = most // 2 - 1
@@ -310,7 +306,7 @@ def _band(name: str, x: FloatArray, middle: FloatArray, sigma: FloatArray) -> Li
 
 
 def time_unit(length_s: float) -> tuple[float, str]:
-    """Return the unit of the time axis of a picture of some length [s], and its name."""
+    """Return the unit of the time axis for a length [s], and its name."""
     for size, unit in ((DAY_S, 'days'), (3600.0, 'hours'), (60.0, 'minutes')):
         if length_s >= 2.0 * size:
             return size, unit
@@ -318,7 +314,7 @@ def time_unit(length_s: float) -> tuple[float, str]:
 
 
 def _over_time(voyage: Voyage, title: str, y_label: str, lines: Sequence[Line]) -> Chart:
-    """Return a chart of lines over the whole voyage [s], with its events marked."""
+    """Return a chart of lines against time [s], with the voyage's events marked."""
     end_s = float(voyage.time_s[-1])
     unit, name = time_unit(end_s)
     events, note = _marks(voyage, 0.0, end_s)
@@ -335,10 +331,9 @@ def _over_time(voyage: Voyage, title: str, y_label: str, lines: Sequence[Line]) 
 
 
 def _marks(voyage: Voyage, from_s: float, to_s: float) -> tuple[list[Mark], str]:
-    """Return the events in a part of a voyage, at times from the first reading [s].
+    """Return the events in a part of a voyage, at times from the first reading [s], and a note.
 
-    Sailing, landfalls, arrival and the storm by name, changes of the weather without; and a note
-    on these.
+    Departure, landfalls, arrival and the storm are named, changes of the weather are not.
     """
     scene = voyage.scene
     shift_ns = scene.starts_at_ns - voyage.start_ns if READING in voyage.samples else 0
@@ -367,7 +362,7 @@ def _marks(voyage: Voyage, from_s: float, to_s: float) -> tuple[list[Mark], str]
     elif inner:
         marks += inner
         note = 'Dotted: the sea has changed.'
-    # sailing at the start of a scene is no event on it
+    # a departure at the start of a scene is not an event
     return [mark for mark in marks if from_s < mark.x <= to_s], note
 
 
@@ -391,7 +386,7 @@ def _drift(voyage: Voyage) -> Chart:
     zero = np.zeros_like(time)
     return _over_time(
         voyage,
-        'What the correction leaves',
+        'Error left by the correction',
         'corrected time − true time [s]',
         [
             _band('± 1σ of the navigator', time, zero, voyage.estimated_error_sigma_s),
@@ -401,11 +396,11 @@ def _drift(voyage: Voyage) -> Chart:
 
 
 def _rate(voyage: Voyage) -> Chart:
-    """Return the mean rate of the dial over pieces that no event lies within, as steps."""
+    """Return the mean rate of the dial over pieces between events, as steps."""
     time, error = voyage.time_s, voyage.clock_error_s
     count = len(time) - 1
     marks, _ = _marks(voyage, 0.0, float(time[-1]))
-    # a mean over less than half a piece, such as the minute after an arrival, would show the noise
+    # a mean over less than half a piece, such as the minute after arrival, would show the noise
     smallest = max(count // (2 * _PIECES), 1)
     cuts = [0]
     for cut in sorted(np.searchsorted(time, [mark.x for mark in marks]).tolist()):
@@ -495,7 +490,7 @@ def _phase(voyage: Voyage) -> Chart:
             )
         ],
         equal=True,
-        note='One point a logged sample.',
+        note='One point per logged sample.',
     )
 
 
@@ -522,7 +517,7 @@ def _roll(voyage: Voyage, view: _Window, motion: Seaway) -> Chart:
 
 
 def _of_part(voyage: Voyage, view: _Window, motion: Seaway, *remarks: str) -> str:
-    """Return which part of the voyage a picture shows, as its note."""
+    """Return a note on the part of the voyage that a picture shows."""
     size, unit = time_unit(float(voyage.time_s[-1]))
     is_all = view.from_s == 0.0 and view.to_s >= voyage.time_s[-1]
     part = f'{view.from_s / size:.7g} to {view.to_s / size:.7g} {unit}'
@@ -549,7 +544,7 @@ def _spectrum(voyage: Voyage, view: _Window, motion: Seaway) -> Chart:
         frequency, density = welch(values, rate, nperseg=segment)
         waves = (frequency >= LOWEST_HZ) & (frequency <= 1.0)
         density = density[waves] / (2.0 * np.pi * frequency[waves]) ** power
-        # six decades: below is leakage of Welch's windows, over which the axis would stretch
+        # six decades: below, the axis would show leakage of Welch's windows
         mask = density > 1e-6 * float(density.max(initial=0.0))
         line = Line('', frequency[waves][mask], density[mask], colour)  # type: ignore[arg-type]
         panel = Chart(
@@ -571,20 +566,20 @@ def _weather(voyage: Voyage) -> Chart:
     states = weather(scene)
     if not states:
         raise UsageError(
-            f'weather: {scene.name} has one sea or none, which does not change. Draw roll or '
-            'spectrum, or a scene with ship.weather'
+            f'weather: {scene.name} has no sea that changes. Draw roll or spectrum, or a scene '
+            'with ship.weather'
         )
     size, unit = time_unit(scene.duration)
     end = scene.duration / size
     at_s = np.array([max(state.at_ns, 0) / NS_PER_S for state in states])
-    # as one sea fades into the next, their variances are added with the squares of the weights
+    # in a change the variances of both seas add with the squares of the weights
     share = np.linspace(0.0, 1.0, 9)[:-1]
     turn = 0.5 * np.pi * share**4 * (35.0 - share * (84.0 - share * (70.0 - 20.0 * share)))
     height = np.array([state.height for state in states])
     faded = np.hypot(np.cos(turn) * height[:-1, None], np.sin(turn) * height[1:, None])
     between = at_s[:-1, None] + share * np.diff(at_s)[:, None]
     time = np.concatenate((between.ravel(), at_s[-1:])) / size
-    # before the first state and after the last the sea does not change
+    # the sea is constant before the first state and after the last
     grid = np.unique(np.clip(np.concatenate(([0.0], time, [end])), 0.0, end))
     line = _line('', grid, np.interp(grid, time, np.concatenate((faded.ravel(), height[-1:]))))
     met = [
@@ -603,8 +598,8 @@ def _weather(voyage: Voyage) -> Chart:
         'heading [°]',
         [Line('', when, np.degrees(turned), 'green', 'points')],
         marks=faint,
-        note='Heading: direction the waves run to, from the bow to port; 0 following, ±180 head '
-        'seas.',
+        note='Heading: direction in which the waves run, from the bow to port: 0 following, ±180 '
+        'head seas.',
     )
     peak = Line('', when, period, 'orange', 'points')
     periods = Chart('', label, 'peak period [s]', [peak], marks=faint, below=heading)
@@ -613,7 +608,7 @@ def _weather(voyage: Voyage) -> Chart:
 
 
 def _stability(voyage: Voyage) -> Chart:
-    """Return deviations of frequency and of time against τ, Allan's and the time one with bars."""
+    """Return deviations of frequency and of time against τ, with error bars."""
     result = voyage.result.get('stability')
     if result is None:
         from tauto_core.navigation.stability import stability_of
@@ -659,7 +654,7 @@ def _stability(voyage: Voyage) -> Chart:
 
 
 def _map(voyage: Voyage) -> Chart:
-    """Return the true track and where the navigator believes her, over the coasts."""
+    """Return the true track, and the tracks by the dial and by the navigator, over the coasts."""
     _needs(voyage.latitude_deg, 'map', 'the place of the ship')
     every = map_samples(voyage)
     latitude = voyage.latitude_deg[every]
@@ -695,16 +690,16 @@ def _map(voyage: Voyage) -> Chart:
 
 
 def map_samples(voyage: Voyage) -> slice:
-    """Return which samples of a voyage its map shows; a band goes there and back."""
+    """Return the samples on the map of a voyage. A band has twice as many points."""
     return slice(None, None, max(-(-2 * len(voyage.latitude_deg) // MOST_POINTS), 1))
 
 
 def _names(
     scene: Scene, longitude: FloatArray, latitude: FloatArray
 ) -> list[tuple[str, float, float]]:
-    """Return the names of the places where she sails, makes land and arrives, each with its place.
+    """Return name, longitude and latitude of departure, landfalls and arrival.
 
-    A longitude is the one on the track, which may run beyond ±180°.
+    The longitude is continuous with the track, which may run beyond ±180°.
     """
     voyage = scene.voyage
     if voyage is None:
@@ -716,7 +711,7 @@ def _names(
     for what, north, east in stops:
         away = np.remainder(longitude - east + 180.0, 360.0) - 180.0
         nearest = int(np.argmin(np.square(away) + np.square(latitude - north)))
-        # a place that the bag does not reach
+        # the bag may end before a place
         if math.hypot(float(away[nearest]), float(latitude[nearest]) - north) < NEAR_DEG:
             name = place_name(north, east) or what
             names.append((name, float(longitude[nearest] - away[nearest]), north))
@@ -724,7 +719,7 @@ def _names(
 
 
 NEAR_DEG = 0.2
-"""Distance of a place from the track within which the track has reached it [°]."""
+"""Distance from a place at which the track has reached it [°]."""
 
 
 def _machine(voyage: Voyage) -> Chart:
@@ -732,7 +727,7 @@ def _machine(voyage: Voyage) -> Chart:
     return Chart(
         'The machine at rest',
         'across [mm]',
-        'upwards, to the same scale; broken' if drawn.is_broken else 'upwards [mm]',
+        'upwards, to the same scale, broken' if drawn.is_broken else 'upwards [mm]',
         drawn.parts,
         equal=True,
         note=drawn.note,
@@ -768,7 +763,7 @@ OF_A_PART: dict[str, Callable[[Voyage, _Window, Seaway], Chart]] = {
 }
 """The pictures that can show a part of the voyage."""
 OF_A_SCENE = ('weather', 'cam', 'machine')
-"""The pictures that need no voyage, only its scene."""
+"""The pictures that need only a scene."""
 PICTURES = (
     'error', 'rate', 'drift', 'longitude', 'stability', 'amplitude', 'phase', 'weather',
     'temperature', 'roll', 'spectrum', 'map', 'cam', 'machine',

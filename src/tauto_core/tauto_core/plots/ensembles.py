@@ -1,4 +1,4 @@
-"""Pictures of what sails together: tracks on a map, trials on them, fleets and comparisons."""
+"""Pictures of ensembles: tracks on a map, trials, fleets and comparisons."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _LABELS = {
 
 
 def draw_passages(passages: Sequence[LoggedPassage], path: Path) -> None:
-    """Draw the tracks of passages, at least one; replaces the file, .svg, .png or .pdf."""
+    """Draw the tracks of passages, at least one. Replace the file, .svg, .png or .pdf."""
     from matplotlib.figure import Figure
 
     def made() -> Figure:
@@ -55,7 +55,7 @@ def draw_passages(passages: Sequence[LoggedPassage], path: Path) -> None:
 
 
 def draw_trial(sailed: Sailed, answers: TrialAnswers, path: Path) -> None:
-    """Draw a trial that has been sailed; replaces the file, .svg, .png or .pdf."""
+    """Draw a trial that has been sailed. Replace the file, .svg, .png or .pdf."""
     write_figure(lambda: trial_figure(sailed, answers), path)
 
 
@@ -91,7 +91,7 @@ def trial_figure(sailed: Sailed, answers: TrialAnswers) -> Figure:
 
 
 def _places(passage: LoggedPassage) -> FloatArray:
-    """Return longitudes and latitudes of the entries [degrees], without jumps, (n, 2)."""
+    """Return longitudes and latitudes of the entries [degrees], unwrapped, (n, 2)."""
     latitude, longitude = np.array([entry[1:3] for entry in passage.entries]).T
     longitude = np.degrees(np.unwrap(np.radians(longitude)))
     longitude -= 360.0 * round(float(np.mean(longitude)) / 360.0)
@@ -101,7 +101,7 @@ def _places(passage: LoggedPassage) -> FloatArray:
 def _map(
     axes: Axes, tracks: Sequence[FloatArray], errors: Sequence[FloatArray] | None = None
 ) -> LineCollection:
-    """Draw coasts and tracks, which are coloured by the errors at their places."""
+    """Draw coasts and tracks, coloured by the errors at their places."""
     from matplotlib.collections import LineCollection
     from matplotlib.colors import LogNorm
 
@@ -111,7 +111,7 @@ def _map(
         axes.fill(*outline, facecolor='#e4dfd4', edgecolor='#a39c8d', linewidth=0.3)
     pieces, sizes = [], []
     for place, track in enumerate(tracks):
-        # a clock that ended early has no errors from there on
+        # the errors of a clock that ended early are shorter than its track
         count = len(track) if errors is None else min(len(track), len(errors[place]))
         legs = np.stack((track[:-1], track[1:]), axis=1)[: max(count - 1, 0)]
         pieces.append(legs)
@@ -156,11 +156,11 @@ def _trial_shares(axes: Axes, answers: TrialAnswers) -> None:
 
 _CLOCKS = {'raw': ('the dial as set', '#003f88'), 'corrected': ('rated and corrected', '#c8553d')}
 _LEAST_NMI = 0.01
-"""Left end of the axis; below 20 m ships cannot be distinguished."""
+"""Left end of the axis [nmi]. Below 20 m ships cannot be distinguished."""
 
 
 def draw_fleet(fleet: Fleet, path: Path) -> None:
-    """Draw a fleet that has sailed; replaces the file, .svg, .png or .pdf (`files.check_plot`)."""
+    """Draw a fleet that has sailed. Replace the file, .svg, .png or .pdf (`files.check_plot`)."""
     write_figure(lambda: fleet_figure(fleet), path)
 
 
@@ -186,7 +186,7 @@ def _fleet_shares(axes: Axes, fleet: Fleet) -> None:
     failed = sum(fleet.answers.failures.values())
     for clock, (label, colour) in _CLOCKS.items():
         dashes: Any = '-' if clock == 'corrected' else (0, (4, 2))
-        # shares of all ships, so that one that failed is within no limit
+        # shares of all ships, including those that failed
         style = {'color': colour, 'linewidth': 1.4, 'linestyle': dashes, 'label': label}
         sizes = sizes_nmi(fleet.rows, ERRORS[clock])
         _step(axes, sizes[np.isfinite(sizes)], _LEAST_NMI, ships, **style)
@@ -205,7 +205,7 @@ def _step(axes: Axes, sizes: FloatArray, floor: float, ships: int, **style: Any)
 
 
 def _within(axes: Axes, voyage: str, ships: str, *, judged: bool = True) -> None:
-    """Name the axes of shares within errors, and draw the limits of the prizes of 1714."""
+    """Label the axes of a distribution of errors, and draw the limits of the prizes of 1714."""
     for limit, pounds in AWARDS * judged:
         axes.axvline(limit, color='#777777', linewidth=0.8, linestyle=':')
         axes.annotate(
@@ -216,7 +216,7 @@ def _within(axes: Axes, voyage: str, ships: str, *, judged: bool = True) -> None
             va='bottom',
             fontsize=7.0,
             color='#555555',
-            zorder=3.0,  # above the curves, which may cross it
+            zorder=3.0,  # above the curves
             bbox={'facecolor': 'white', 'edgecolor': 'none', 'alpha': 0.8, 'pad': 0.5},
         )
     axes.set_xscale('log')
@@ -245,7 +245,7 @@ def _tornado(axes: Axes, fleet: Fleet) -> None:
 # A comparison: error against time, or rate against roll, a panel per clock.
 
 NEEDED_S = AWARDS[0][0] / ARCMIN_PER_S
-"""Time in which the earth turns by half a degree: 30 nautical miles at the equator."""
+"""Time in which the Earth turns by half a degree, 30 nautical miles at the equator [s]."""
 
 _BAND = '#f4e9cd'
 _STYLES: dict[bool, dict[str, Any]] = {
@@ -260,10 +260,10 @@ _STYLES: dict[bool, dict[str, Any]] = {
 
 
 def draw_comparison(result: Comparison, path: Path) -> None:
-    """Draw a comparison to an SVG, PNG or PDF file (`files.check_plot`); replaces the file.
+    """Draw a comparison, and replace the file, .svg, .png or .pdf (`files.check_plot`).
 
-    Errors against time where all clocks sail in one sea, with the error that the Act of 1714
-    allows where it judges the voyage; where the roll differs, rates against the roll.
+    For clocks in one sea: errors against time, with the limit of the Act of 1714 if it judges the
+    voyage. For several rolls: rates against the roll.
     """
     write_figure(lambda: side_by_side(result), path)
 
@@ -314,7 +314,7 @@ def _errors(axes: Axes, rows: Sequence[Row]) -> None:
 
 
 def _rates(axes: Axes, rows: Sequence[Row]) -> None:
-    """Draw rates on the panel's own scale; those of a force are a millionth of a weight's."""
+    """Draw rates on the panel's own scale. A force has a millionth of a weight's rates."""
     for hung, style in _STYLES.items():
         points = sorted(
             (row.roll_deg, row.rate_s_per_day)

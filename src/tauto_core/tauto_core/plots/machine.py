@@ -39,17 +39,19 @@ from tauto_core.ship.suspensions import SuspensionKind
 # -----------------------------------------------------------------------------
 # The default extent of a cheek in drawings and files.
 
-# Extent over swing; a ship's motion and an escapement may increase the swing.
+# Extent over swing. A ship's motion and an escapement may increase the swing.
 _MARGIN = 1.5
 
 
 def cam_extent(scene: Scene) -> float:
     """Return the largest angle of the wheel for which a scene's cheeks are drawn [rad].
 
-    The extent is one and a half times the swing of the wheel, rounded to two digits, but neither
-    beyond the range of the cam nor beyond the angle at which the two cheeks would meet. The swing
-    is the angle of release or, where an escapement drives the wheel, its steady amplitude on land,
-    whichever is larger. A machine that cannot be built is a SceneError.
+    It is one and a half times the swing of the wheel, rounded to two digits, within the range of
+    the cam and the angle at which the two cheeks would meet. The swing is the angle of release, or
+    the steady amplitude on land with an escapement if that is larger.
+
+    Raises:
+        SceneError: a machine that cannot be built.
     """
     machine = compile_trochlea(scene)
     assert scene.trochlea is not None
@@ -69,10 +71,10 @@ def cam_extent(scene: Scene) -> float:
 # -----------------------------------------------------------------------------
 # The machine of a scene as outlines, to scale [mm]: its parts, and how they move.
 #
-# The origin is the axle of the wheel, or the lowest point of a curve in a fluid; y points
-# upwards, all is at rest. A scene gives inertias and masses, not their shapes, so the rim is
-# drawn as a brass ring with the inertia of the wheel, and the weight as a lead cylinder of its
-# mass. A note names the other assumptions.
+# The origin is the axle of the wheel, or the lowest point of a curve in a fluid. y points upwards,
+# and all is at rest. A scene gives inertias and masses, not shapes: the rim is drawn as a brass
+# ring with the inertia of the wheel, the weight as a lead cylinder with its mass. A note names the
+# other assumptions.
 
 MM = 1000.0
 BRASS_KG_M3, LEAD_KG_M3 = 8500.0, 11340.0
@@ -81,16 +83,16 @@ RIM_SIDE = 0.1
 WEIGHT_HEIGHT = 1.5
 """Height of the weight over its width."""
 MOST_RADII = 6.0
-"""Longest thread that is drawn whole, over the radius of the rim; a longer one is broken."""
+"""Longest thread that is drawn whole, over the radius of the rim."""
 BROKEN_RADII = 3.0
-"""Length of a broken thread, likewise."""
+"""Length at which a longer thread is drawn, with a break, over the radius of the rim."""
 _CIRCLE = np.linspace(0.0, math.tau, 121)
 
 Carrier = Literal['ship', 'case', 'wheel', 'weight', 'spring', 'lever', 'body']
 
 
 class Letter(NamedTuple):
-    """A letter of Euler's, its place at rest, and the part that carries it."""
+    """A letter of Euler's figure, its place at rest, and the part that carries it."""
 
     name: str
     x: float
@@ -100,11 +102,7 @@ class Letter(NamedTuple):
 
 @dataclass(frozen=True)
 class Outline(Line):
-    """An outline.
-
-    Attributes:
-        moves_with: the part that carries it. The weight moves along its thread.
-    """
+    """An outline, and the part that carries it. The weight moves along its thread."""
 
     moves_with: Carrier = 'case'
 
@@ -114,11 +112,10 @@ class MachineDrawing:
     """The outlines of a machine.
 
     Attributes:
-        parts: from the back to the front.
-        note: the materials, and the dimensions that the scene does not give.
-        is_broken: whether a thread is drawn shorter than it is, so that heights below the break
-            are not those of the machine.
-        letters: Euler's, where the machine is a figure of his.
+        parts: outlines from the back to the front.
+        note: the materials, and the assumed dimensions.
+        is_broken: whether a thread is drawn too short. Heights below the break are not to scale.
+        letters: Euler's letters, if the machine is one of his figures.
     """
 
     parts: list[Outline]
@@ -146,7 +143,7 @@ def weight_mm(mass: float) -> tuple[float, float]:
 
 
 def cam_lines(scene: Scene) -> list[Outline]:
-    """Return both cheeks, the thread at rest and the axle; without a trochlea a UsageError."""
+    """Return both cheeks, the thread at rest and the axle. Raise UsageError without a trochlea."""
     left, right, tip = _cheeks(scene)
     return [
         _area('cheeks', left, 'blue'),
@@ -157,10 +154,12 @@ def cam_lines(scene: Scene) -> list[Outline]:
 
 
 def draw_machine(scene: Scene) -> MachineDrawing:
-    """Return the machine of a scene: wheel, cheeks, thread, power, case and its suspension.
+    """Return the drawing of a scene's machine: wheel, cheeks, thread, power, case and suspension.
 
-    Of a regulator in a fluid it is the curve with its body, of one on an axle the support and the
-    body. One that cannot be built is a SceneError.
+    A regulator in a fluid has its curve and body, one on an axle its support and body.
+
+    Raises:
+        SceneError: a machine that cannot be built.
     """
     machine = compile_machine(scene)
     if isinstance(machine, InPlaceOfWheel):
@@ -171,8 +170,8 @@ def draw_machine(scene: Scene) -> MachineDrawing:
     inner, outer, mass = rim_mm(scene.trochlea.inertia)
     across, high = weight_mm(pull.pulling_mass) if pull.pulling_mass else (0.0, 0.0)
     notes = [
-        f'The rim is a brass ring that has the inertia of the wheel ({MM * mass:.3g} g; its '
-        'section is a square, a tenth of its radius wide)',
+        f'The rim is a brass ring that has the inertia of the wheel ({MM * mass:.3g} g, with a '
+        'square section a tenth of its radius wide)',
         *[f'the weight is a lead cylinder of {pull.pulling_mass:.3g} kg'] * bool(high),
     ]
     assumed = ['axle of the wheel', 'case']
@@ -181,12 +180,12 @@ def draw_machine(scene: Scene) -> MachineDrawing:
     depth = 1.6 * outer + 0.5 * high if length is None else length
     if length is None:
         assumed.append('length of the thread')
-    # a length that is not given is as long as the weight needs, and so never broken
+    # a length that is not given is as long as the weight needs, and never broken
     is_broken = length is not None and depth > MOST_RADII * outer
     if is_broken:
         depth = BROKEN_RADII * outer
         notes.append(f'the thread is broken, it ends {length:.4g} mm below the axle')
-    # a ring as one closed line, with a seam at the right; the inside runs backwards
+    # a ring as one closed line, with a seam at the right and the inside backwards
     edges = _circle(0.0, 0.0, outer), _circle(0.0, 0.0, inner)[:, ::-1]
     parts = [
         _area('wheel', np.concatenate(edges, axis=1), 'grey', 'wheel'),
@@ -244,10 +243,10 @@ def draw_machine(scene: Scene) -> MachineDrawing:
 def _letters(
     cam: str, thread: ThreadKind, end: float, corner: tuple[float, float]
 ) -> tuple[str, tuple[Letter, ...]]:
-    """Return a sentence on Euler's figure of a machine (1727) and its letters; none if it is not.
+    """Return a sentence on Euler's figure of a machine (1727) and its letters, if it is one.
 
-    `end` is the height at which the thread is drawn to end, at the weight, the hole or the lever,
-    and `corner` that of the weight from its middle, where its letter stands beside another.
+    `end` is the height of the thread's drawn end, `corner` the place of the weight's letter from
+    its middle.
     """
     centre, words = Letter('C', 0.0, 0.0), " The letters are those of Euler's figure "
     if isinstance(thread, LeverThread) and thread.arm is not None and cam == 'involute':
@@ -270,7 +269,7 @@ def _letters(
 
 
 def fulcrum_mm(thread: LeverThread) -> tuple[float, float]:
-    """Return the place of the fulcrum from that of the thread on the lever, at rest [mm]."""
+    """Return the place of the fulcrum from the thread's end on the lever, at rest [mm]."""
     side = 1.0 if thread.fulcrum == 'starboard' else -1.0
     if thread.arc is not None:
         return -side * MM * thread.arc, 0.0
@@ -279,15 +278,15 @@ def fulcrum_mm(thread: LeverThread) -> tuple[float, float]:
 
 
 def _along_lever(thread: LeverThread, distance: float) -> tuple[float, float]:
-    """Return how far along the lever at rest a distance [m] from the fulcrum is [mm]."""
+    """Return the offset along the lever at rest [mm] for a distance [m] from the fulcrum."""
     side, start = 1.0 if thread.fulcrum == 'starboard' else -1.0, thread.inclination
     return side * MM * distance * math.cos(start), MM * distance * math.sin(start)
 
 
 def _lever(thread: LeverThread, y: float, radius: float, weight: FloatArray) -> list[Outline]:
-    """Return the lever at rest from its tail to the end of its longer arm, with its weights.
+    """Return the lever at rest with its weights.
 
-    The weight is given as an outline about its middle, and y is the height of the thread's end.
+    `weight` is an outline about its middle, y the height of the thread's end.
     """
     side = 1.0 if thread.fulcrum == 'starboard' else -1.0
     fulcrum = np.add((0.0, y), fulcrum_mm(thread))
@@ -318,7 +317,7 @@ def _lever(thread: LeverThread, y: float, radius: float, weight: FloatArray) -> 
 def _power(pull: Pull, end: float, outer: float, at: float = 0.0) -> list[Outline]:
     """Return the power at the end of a thread: a weight, a spring, or the arrow of a force.
 
-    The arrow may stand aside of the axle, at the end of a lever.
+    On a lever, `at` is its distance from the axle.
     """
     if not (pull.pulling_mass or pull.stiffness):
         tail, head = end - 0.6 * outer, 0.08 * outer
@@ -347,7 +346,7 @@ def _in_place_of_wheel(scene: Scene, machine: InPlaceOfWheel) -> MachineDrawing:
 
 
 def _in_fluid(regulator: FluidTautochroneRegulator, curve: DescentCurve) -> MachineDrawing:
-    """Return the curve, the body at its lowest point, and where it is released."""
+    """Return the curve, and the body at the lowest point and at the release."""
     level, height = (MM * line for line in fluid_outline(curve))
     up, across = (MM * float(size) for size in coordinates(curve, regulator.release_arc))
     size = MM * regulator.diameter
@@ -396,7 +395,7 @@ def _on_axle(machine: AxleClock, support: str) -> MachineDrawing:
         across = np.linspace(-half_width, half_width, 121)
         level = np.full_like(across, -axle)
     else:
-        # an arc about O, whose radius is 1/bent more by that of the axle
+        # an arc about O of radius 1/bent plus the axle's radius
         radius = 1.0 / bent + axle
         across = np.linspace(-1.0, 1.0, 121) * min(half_width, 0.95 * abs(radius))
         root = math.copysign(1.0, radius) * np.sqrt(radius * radius - across**2)
@@ -430,7 +429,7 @@ def _on_axle(machine: AxleClock, support: str) -> MachineDrawing:
 
 
 def _below_axle(scene: Scene, tip: float) -> float | None:
-    """Return the depth of the thread's end below the axle [mm]; None where it is not given."""
+    """Return the depth of the thread's end below the axle [mm], if the scene gives it."""
     assert scene.trochlea is not None
     thread = scene.trochlea.thread
     if isinstance(thread, HoleThread):

@@ -1,7 +1,7 @@
 """Results as HTML for notebooks: the answer in a sentence, a small picture or a table.
 
-Jupyter asks an object for `_repr_html_`. Pictures are SVG within the page, so a notebook needs no
-file beside it. Their lines are thinned, to stay at a few tens of kB.
+Jupyter calls `_repr_html_` of an object. Pictures are embedded SVG, with lines thinned to a few
+tens of kB.
 """
 
 from __future__ import annotations
@@ -32,16 +32,16 @@ SMALL_POINTS = 300
 
 
 def voyage_html(voyage: Voyage) -> str:
-    """Return the answer of a voyage, with the error of its clock over the time."""
+    """Return the answer of a voyage, with its clock's error against time."""
     sentence = _sentence(f'{voyage.scene.name}: {voyage.answer}')
-    if len(voyage.time_s) < 2:  # a bag with figures alone, or none
+    if len(voyage.time_s) < 2:  # a bag with figures alone, or an empty one
         return sentence
     small = _small(chart(voyage, 'error'))
     return sentence + picture_html(draw(small, voyage.scene.name), small.described)
 
 
 def comparison_html(result: Comparison) -> str:
-    """Return which clock errs least, and a row for each."""
+    """Return which clock errs least, and a table of all."""
     judged = any(row.prize_pounds is not None for row in result.rows)
     rolls = len({row.roll_deg for row in result.rows}) > 1
     names = ['case', *['roll [°]'] * rolls, 'rate [s/day]', 'error [s]']
@@ -66,7 +66,7 @@ def comparison_html(result: Comparison) -> str:
 
 
 def fleet_html(fleet: Fleet) -> str:
-    """Return how many ships found their longitude, and the distribution of their errors."""
+    """Return the answer of a fleet, and the distribution of its errors."""
     from tauto_core.plots.ensembles import fleet_figure
 
     answer = f'{fleet.plan.scene.name}: {fleet.answers.answer}'
@@ -74,7 +74,7 @@ def fleet_html(fleet: Fleet) -> str:
 
 
 def trial_html(answers: TrialAnswers) -> str:
-    """Return on how many passages the first clock would have won, and the shares of each."""
+    """Return the answer of a trial, and a table of the passages within the prizes' limits."""
     prizes = answers.clocks[0].ways['raw'].prizes
     if not prizes:
         return _sentence(answers.answer)
@@ -88,10 +88,10 @@ def trial_html(answers: TrialAnswers) -> str:
 
 
 def cam_html(scene: Scene, points: int, reach_rad: float, lever_arm_m: float) -> str:
-    """Return the extent of the outline of a scene's cam, and the cam with both cheeks."""
+    """Return the extent of a scene's cam, and a picture of both cheeks."""
     text = (
-        f'{scene.name}: the right cheek in {points:,} points, to {reach_rad:.4g} rad, where its '
-        f'lever arm is {1e3 * lever_arm_m:.4g} mm.'
+        f'{scene.name}: the right cheek in {points:,} points, to {reach_rad:.4g} rad with a lever '
+        f'arm of {1e3 * lever_arm_m:.4g} mm.'
     )
     picture = Chart('Cam', 'across [mm]', 'up [mm]', cam_lines(scene), equal=True)
     return _sentence(text) + picture_html(draw(_small(picture), scene.name), text)

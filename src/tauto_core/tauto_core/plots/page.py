@@ -1,4 +1,4 @@
-"""A voyage as one HTML page: the answer, the map, the moving ship with her clock, the charts."""
+"""A voyage as one HTML page: the answer, the map, the moving ship with its clock, the charts."""
 
 from __future__ import annotations
 
@@ -45,34 +45,31 @@ if TYPE_CHECKING:
 # The data of the moving machine in a report: outlines, and the motion in several parts.
 
 MOST_PARTS = 9
-"""Number of parts of ten minutes in which a longer voyage is shown, evenly spread over it; the
-roughest is one more.
-"""
+"""Number of evenly spread parts of ten minutes that show a longer voyage, without the roughest."""
 _ROLL_STEP_S = 0.25
 
 
 def animation(voyage: Voyage) -> dict[str, Any]:
-    """Return outlines and motion, ready for JSON; or the reason `why` there are none.
+    """Return outlines and motion for JSON, or the reason `why` they are missing.
 
-    The wheel stands at A cos φ: phase φ and amplitude A are interpolated between logged samples,
-    which may be a minute apart, while the angle itself swings once a second. So does a body on a
-    curve in a fluid with its arc.
+    The angle of the wheel, or the arc of a body in a fluid, is A cos φ. Phase φ and amplitude A
+    are interpolated between logged samples, which may be a minute apart.
 
     Returns:
         lines: outlines, each with `name`, `x`, `y` [mm, y upwards], `colour`, `area`, and `with`,
-            the part with which it moves (`machine.Carrier`). `note` is on these.
-        letters: Euler's, each with `name`, `x`, `y` and `with`.
+            the part with which it moves (`machine.Carrier`). `note` explains them.
+        letters: Euler's letters, each with `name`, `x`, `y` and `with`.
         parts: parts of the voyage, each from `from_s` on for `length_s`. At logged samples they
-            have `time_s` within the part, `phase_rad`, `amplitude_rad` and the dial's `error_s`;
-            every `roll_step_s` `heave_m`, `roll_rad` and `plumb_rad`, the apparent vertical, to
-            which a suspended case keeps and a thread with a weight. `true_s` is the true time of
-            the day when the part begins.
-        roughest: number of the part that contains the roughest ten minutes.
-        hangs, fixed_end: of a thread, whether it keeps to the apparent vertical alone, and whether
-            its end is fixed.
-        winding: `angle_rad`, and `x`, `y` of the contact in the wheel's frame and `rise` [mm];
+            have `time_s` within the part, `phase_rad`, `amplitude_rad` and the dial's `error_s`,
+            and every `roll_step_s` `heave_m`, `roll_rad` and `plumb_rad`, the apparent vertical
+            that a suspended case and a thread with a weight follow. `true_s` is the true time of
+            day at the beginning.
+        roughest: index of the part that contains the roughest ten minutes.
+        hangs, fixed_end: whether the thread follows the apparent vertical, and whether its end is
+            fixed.
+        winding: `angle_rad`, and `x`, `y` of the contact in the wheel's frame and `rise` [mm], or
             null without a cam.
-        pivot: the place [mm] about which a suspended case turns, or null.
+        pivot: the pivot of a suspended case [mm], or null.
         lever: `x`, `y` of the fulcrum, and its angle `beta_rad` at `angle_rad` of the wheel, or
             null.
         curve: in a fluid, `x`, `y` [mm] at `arc_m`, or null.
@@ -89,7 +86,7 @@ def animation(voyage: Voyage) -> dict[str, Any]:
     lever: dict[str, Any] | None = None
     curve: dict[str, Any] | None = None
     if isinstance(machine, LeverMachine) and isinstance(thread, LeverThread):
-        # the fulcrum is as low as the end of the thread is drawn
+        # the fulcrum is at the height of the thread's drawn end
         (drawn_thread,) = (part for part in drawn.parts if part.name == 'thread')
         shape, fulcrum = machine.geometry, fulcrum_mm(thread)
         low, high = (0.999 * side for side in machine.sides)
@@ -98,16 +95,16 @@ def animation(voyage: Voyage) -> dict[str, Any]:
             'x': fulcrum[0],
             'y': float(drawn_thread.y[-1]) + fulcrum[1],
             'angle_rad': _rounded(angle, 4),
-            # from where the lever is drawn, at rest
+            # from the drawn lever, at rest
             'beta_rad': _rounded(shape.side * (machine.beta(angle) - shape.inclination), 5),
         }
     elif isinstance(machine, FluidPendulum):
-        # as far as the release could be
+        # to the largest possible arc of release
         cusp = machine.curve.descent_cusp
         arc = np.linspace(-min(-machine.curve.ascent_cusp, cusp), cusp, 201)
         height, level = coordinates(machine.curve, arc)
         curve = {'arc_m': _rounded(arc, 5), 'x': _rounded(MM * level), 'y': _rounded(MM * height)}
-    # one part for all of a short voyage, or several evenly spread and the roughest
+    # one part for a short voyage, or several evenly spread and the roughest
     end_s = float(voyage.time_s[-1])
     parts = min(max(math.ceil(end_s / PART_S), 1), MOST_PARTS)
     starts = np.linspace(0.0, max(end_s - PART_S, 0.0), parts)
@@ -144,7 +141,7 @@ def animation(voyage: Voyage) -> dict[str, Any]:
 
 
 def _part(voyage: Voyage, size: FloatArray, from_s: float) -> dict[str, Any]:
-    """Return the motion of wheel and ship, beginning at the logged sample at or before a time."""
+    """Return the motion of wheel and ship from the last logged sample up to `from_s` on."""
     begin = max(int(np.searchsorted(voyage.time_s, from_s, side='right')) - 1, 0)
     began_s = float(voyage.time_s[begin])
     end = int(np.searchsorted(voyage.time_s, began_s + PART_S, side='right'))
@@ -194,8 +191,8 @@ def _rounded(values: FloatArray, digits: int = 3) -> list[float]:
 # -----------------------------------------------------------------------------
 # Map, ship and dials as SVG.
 #
-# Each function returns a fragment. Colours are CSS variables (`--land`, `--ink`, `--blue`, …), so
-# the page chooses them for light and dark. What moves has an id or a class.
+# Each function returns a fragment. Colours are CSS variables (`--land`, `--ink`, `--blue`, …),
+# which the page sets for light and dark. Moving parts have an id or a class.
 
 INK = {
     'light': {
@@ -229,7 +226,7 @@ INK = {
         'sail': '#cfc9b8',
     },
 }
-"""Colours of a picture on white and on black paper; the palette of Okabe and Ito."""
+"""Colours of a picture on white and on black paper, from the palette of Okabe and Ito."""
 
 
 def variables(scheme: str) -> str:
@@ -240,17 +237,12 @@ def variables(scheme: str) -> str:
 # -----------------------------------------------------------------------------
 # The map
 
-# Steps of land to a unit of the picture; coasts are whole numbers of them.
+# Steps of the coast per unit of the picture.
 _FINE = 10.0
 
 
 class MapView:
-    """A map as a picture `width` units wide, as high as the frame of its chart asks for.
-
-    Args:
-        chart: one with `is_map`.
-        width, ratio: width, and width over height.
-    """
+    """A chart with `is_map` as a picture, `width` units wide and `width / ratio` high."""
 
     def __init__(self, chart: Chart, width: float, ratio: float) -> None:
         self.chart = chart
@@ -258,21 +250,21 @@ class MapView:
         self.width, self.height = width, width / ratio
 
     def place(self, longitude: ArrayLike, latitude: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Return places [°] in units of the picture, y downwards."""
+        """Return the position of places [°] in units of the picture, y downwards."""
         west, south, east, north = self.frame
         x = (np.asarray(longitude) - west) / (east - west) * self.width
         y = (north - np.asarray(latitude)) / (north - south) * self.height
         return x, y
 
     def path(self, longitude: FloatArray, latitude: FloatArray) -> str:
-        """Return a line as the data of a path, to a tenth of a unit."""
+        """Return a line as path data, rounded to a tenth of a unit."""
         x, y = self.place(longitude, latitude)
         points = [f'{a:.1f},{b:.1f}' for a, b in zip(x.tolist(), y.tolist(), strict=True)]
         distinct = [point for k, point in enumerate(points) if k == 0 or point != points[k - 1]]
         return 'M' + ' '.join(distinct)
 
     def ground(self) -> str:
-        """Return sea, land, and lines of longitude and latitude with their degrees."""
+        """Return sea, land, and labelled lines of longitude and latitude."""
         outlines = []
         for outline in land(self.frame):
             steps = np.round(_FINE * np.array(self.place(*outline))).astype(int)
@@ -283,7 +275,7 @@ class MapView:
                 outlines.append(f'M{steps[0, 0]},{steps[1, 0]}l{tail}z')
         lines, words = [], []
         west, south, east, north = self.frame
-        # the greatest of 1, 2, 5 or 10 times a power of ten that gives five lines or more
+        # the largest of 1, 2, 5 or 10 times a power of ten for five lines or more
         largest = max(east - west, north - south) / 5.0
         power = 10.0 ** math.floor(math.log10(largest))
         round_steps = (size * power for size in (10.0, 5.0, 2.0, 1.0))
@@ -320,7 +312,7 @@ class MapView:
         return ''.join(drawn)
 
     def names(self) -> str:
-        """Return the named places, each as a ring with its name on the side with more room."""
+        """Return the named places as rings, with the names on the side with more room."""
         drawn = []
         for name, longitude, latitude in self.chart.names:
             x, y = (float(value) for value in self.place(longitude, latitude))
@@ -349,10 +341,10 @@ _CLOCK_AT = (160.0, 168.0)
 
 
 def ship() -> str:
-    """Return ship and sea, seen from ahead; `id` ship-hull turns and rises, water is redrawn.
+    """Return ship and sea from ahead. The page moves `ship-hull` and redraws the water.
 
-    The hull is a midship section with wales and deck, a mast with two yards and sails, and the box
-    of the clock amidships.
+    The ship is a midship section with wales and deck, a mast with two yards and sails, and the
+    clock amidships.
     """
     x, y = _CLOCK_AT
     hull = 'M108,152 C106,188 126,212 160,216 C194,212 214,188 212,152 L206,146 L114,146 Z'
@@ -382,8 +374,7 @@ def ship() -> str:
 def dial(name: str, label: str, colour: str) -> str:
     """Return the face of a clock about (0, 0), of radius 46, with hands at noon.
 
-    The hands are the groups `{name}-hour`, `{name}-minute` and `{name}-second`; they turn about
-    the middle.
+    The hands are the groups `{name}-hour`, `{name}-minute` and `{name}-second`.
     """
     ticks = []
     for k in range(60):
@@ -408,10 +399,7 @@ def dial(name: str, label: str, colour: str) -> str:
 
 
 # -----------------------------------------------------------------------------
-# A voyage as one HTML page: figures, pictures that can be zoomed, and the machine in the rolling
-# ship.
-#
-# The page contains everything that it needs, including Bokeh's script, and uses no network.
+# The page. It contains everything, including Bokeh's script, and uses no network.
 
 _TOOLS = 'pan,box_zoom,reset,save'
 _FONT = 'system-ui, sans-serif'
@@ -422,10 +410,11 @@ class ReportError(TautoError):
 
 
 def check_report(file: Path) -> None:
-    """Refuse, before anything runs, a file to which a report cannot be written.
+    """Refuse a file to which a report cannot be written.
 
-    A suffix other than .html is a UsageError, and so are those of `check_place`; without Bokeh it
-    is a ReportError.
+    Raises:
+        UsageError: the suffix is not .html, or `check_place` refuses the file.
+        ReportError: Bokeh is not installed.
     """
     if file.suffix != '.html':
         raise UsageError(Argument('file', file), ': must end in .html. Name another file')
@@ -439,9 +428,11 @@ def check_report(file: Path) -> None:
 
 
 def write_report(voyage: Voyage, file: Path, command: str) -> None:
-    """Write the page of a voyage, with the command line that made it; replaces the file.
+    """Write the page of a voyage, with the command line that made it, and replace the file.
 
-    See `check_report`; a file that cannot be written is an OutputError.
+    Raises:
+        UsageError, ReportError: see `check_report`.
+        OutputError: the file cannot be written.
     """
     check_report(file)
     text = report_html(voyage, command)
@@ -454,31 +445,31 @@ SUBJECTS = {
     'The machine': ('machine', 'cam', 'amplitude', 'phase'),
     'The sea and the air': ('roll', 'spectrum', 'temperature'),
 }
-"""The charts below the story, folded, by subject."""
+"""The folded charts below the story, by subject."""
 STORY = ('error', 'weather', 'rate')
-"""The charts that are shown at once, in this order, below map and ship."""
+"""The visible charts below map and ship, in this order."""
 MAP_WIDTH, PAGE_MAP_RATIO = 1000.0, 1.8
 LEAST_MAP_DEG = 0.1
-"""Without land in sight a voyage has a map if its tracks are longer than this [°]."""
+"""Smallest extent of the tracks for a map without land [°]."""
 MARKS = (
-    ('by the dial', 'blue', 'where the dial puts her'),
-    ('corrected', 'orange', 'where her navigator believes her, ± 1σ'),
-    ('the ship', 'green', 'where she is'),
+    ('by the dial', 'blue', 'the ship by the dial'),
+    ('corrected', 'orange', 'the ship by its navigator, ± 1σ'),
+    ('the ship', 'green', 'the ship'),
 )
-"""The moving marks of the map, from below: name of the track, its colour, and its key."""
+"""The moving marks of the map, from the back to the front: track, colour, and key."""
 _MARKER_STEPS = 240
 
 
 _BODY = {
-    (False, False): 'The ship in the sea, and her clock',
+    (False, False): 'The ship in the sea, and its clock',
     (False, True): 'The ship in the sea, and the body on its curve',
     (True, False): 'The clock',
     (True, True): 'The body on its curve',
 }
-"""Heading of the moving picture, by whether the ship lies still and a body has its curve."""
+"""Heading of the moving picture, by whether the ship is at rest and whether there is a curve."""
 
 
-# Bokeh's names of its parts, which are random.
+# Bokeh's random names of its parts.
 _UUID = r'[0-9a-f]{8}(?:-[0-9a-f]{4}){3}-[0-9a-f]{12}'
 
 
@@ -523,9 +514,8 @@ def report_html(voyage: Voyage, command: str) -> str:
     else:
         say = f'tauto budget {voyage.scene.name}'
         story.append(
-            '<p class="note">Why the rate is what it is: '
-            f'<code>{escape(say)} --out BAG</code> keeps the answer with the bag, and this page '
-            'then shows it.</p>'
+            f'<p class="note">The causes of the rate: <code>{escape(say)} --out BAG</code> keeps '
+            'them with the bag, and this page then shows them.</p>'
         )
     rows = []
     for name, content in groups(voyage.result):
@@ -592,16 +582,16 @@ _WORKS = {
     'hole': "Sully's clock of 1726 with Euler's second cam of 1727",
     'circular_arc': "Sully's clock of 1726 with cheeks of circular arcs",
 }
-"""What a page shows, by the kind of its regulator or cam."""
+"""Subject of a page, by the kind of its regulator or cam."""
 
 
 def _about(voyage: Voyage) -> str:
-    """Return what the page shows, and what a word of its answer means."""
+    """Return the subject of the page, and the meaning of "rated and corrected" in its answer."""
     part = voyage.scene.regulator or (voyage.scene.trochlea and voyage.scene.trochlea.cam)
     work = _WORKS.get(getattr(part, 'kind', ''), "Sully's clock of 1726 with a cam after Euler's")
     words = (
-        ' Rated and corrected: her navigator has found the rate of the dial while he knew the '
-        'true time, and takes off what it has added up to since.'
+        ' Rated and corrected: the navigator measured the rate of the dial while he knew the true '
+        'time, and subtracts the error that it has caused since.'
     )
     return f'{work}, simulated by Tauto.{words * ("rated and corrected" in voyage.answer)}'
 
@@ -611,8 +601,8 @@ def _map_section(
 ) -> tuple[str, dict[str, list[float]] | None]:
     """Return the map as a section of the page, and the places of its moving marks.
 
-    The places are those of the ship, by the dial and by the corrected clock, in units of the
-    picture, with the day of each and both errors [nmi].
+    The places of the ship, true, by the dial and by the corrected clock, are in units of the
+    picture, with their days and both errors [nmi].
     """
     if of is None:
         return f'<section id="map"><p class="note">{escape(why)}</p></section>', None
@@ -620,7 +610,7 @@ def _map_section(
     tracks = {line.name: line for line in of.lines if line.kind == 'line'}
     shown_deg = max(float(np.ptp(getattr(line, axis))) for line in of.lines for axis in 'xy')
     if shown_deg < LEAST_MAP_DEG and not land(view.frame):
-        # a ship that stays where there is no land; her map would be an empty sea
+        # the map would be an empty sea
         return '', None
     marks = [mark for mark in MARKS if mark[0] in tracks]
     moving = ''.join(
@@ -641,7 +631,7 @@ def _map_section(
             ('sigma_nmi', voyage.longitude_sigma_nmi),
         ):
             places[name] = _rounded(miles[part][which], 2)
-    # the ship, whose mark is the last to be drawn, is named first
+    # the ship is drawn last and named first
     keys = _keys([(words, colour, 'line') for _, colour, words in [*marks[-1:], *marks[:-1]]])
     picture = (
         f'<svg viewBox="0 0 {view.width:g} {view.height:g}" role="img" '
@@ -657,7 +647,7 @@ def _map_section(
 
 
 def _keys(named: list[tuple[str, str, str]]) -> str:
-    """Return the names of lines with their colours, as a list; nothing for a single line."""
+    """Return the names of lines with their colours as a list, or '' for a single line."""
     if len(named) < 2:
         return ''
     items = ''.join(
@@ -668,7 +658,7 @@ def _keys(named: list[tuple[str, str, str]]) -> str:
 
 
 def _budget(facts: dict[str, Any]) -> str:
-    """Return the budget that is kept with a voyage as a section, a bar for each cause."""
+    """Return the budget kept with a voyage as a section, with a bar for each cause."""
     every = (*facts['rows'], facts['sum'], facts['interaction'], facts['whole'])
     sizes = [abs(row['rate_s_per_day']) for row in every]
     widest = max(sizes, default=0.0) or 1.0
@@ -689,13 +679,13 @@ def _budget(facts: dict[str, Any]) -> str:
     if fixed is not None:
         words += f' With its case fixed to the ship: {figure(fixed, "s/day", signed=True)} s/day.'
     return (
-        '<section id="budget"><h2>Why the rate is what it is</h2>'
+        '<section id="budget"><h2>The causes of the rate</h2>'
         f'<table><tr>{head}</tr>{table}</table><p class="note">{escape(words)}</p></section>'
     )
 
 
 def interactive(of: Chart) -> Any:
-    """Return a chart as a figure, or as a column of figures with one x axis."""
+    """Return a chart as a Bokeh figure, or as a column of figures with a common x axis."""
     from bokeh.layouts import column
 
     figures: list[Any] = []
@@ -747,7 +737,7 @@ def _bokeh_figure(of: Chart, panels: int) -> Any:
     for mark in of.marks:
         dash, grey = 'dashed' if mark.name else 'dotted', COLOURS['grey']
         axes.add_layout(Span(location=mark.x, dimension='height', line_color=grey, line_dash=dash))
-    # names stand above the frame as ticks of further axes, which follow the lines when zoomed
+    # names are ticks of further axes above the frame, which follow the lines when zoomed
     for row in _rows(of):
         named: Any = LinearAxis(
             name='events',
@@ -761,7 +751,7 @@ def _bokeh_figure(of: Chart, panels: int) -> Any:
         )
         named.ticker = FixedTicker(ticks=[mark.x for mark in row])
         axes.add_layout(named, 'above')
-        # half a name stands beside a line at the right end
+        # room for half a name at the right end
         axes.min_border_right = 30
     for line in of.lines:
         drawn = _bokeh_line(axes, line, solid=of.equal)
@@ -774,11 +764,11 @@ def _bokeh_figure(of: Chart, panels: int) -> Any:
 
 
 NAME_SHARE = 0.18
-"""Distance of two names in one row, of the width of a chart: half of each at 380 pixels."""
+"""Distance of two names in one row, as a share of a chart's width of 380 pixels or more."""
 
 
 def _rows(of: Chart) -> list[list[Mark]]:
-    """Return the named marks of a chart in as many rows as keep their names apart."""
+    """Return the named marks of a chart, in rows that keep their names apart."""
     ends = [float(end(line.x)) for line in of.lines if len(line.x) for end in (np.min, np.max)]
     rows: list[list[Mark]] = []
     for mark in sorted((mark for mark in of.marks if mark.name), key=lambda mark: mark.x):
@@ -792,7 +782,7 @@ def _rows(of: Chart) -> list[list[Mark]]:
 
 
 def _bokeh_line(axes: Any, line: Line, *, solid: bool) -> Any:
-    """Draw a line; return its glyph."""
+    """Draw a line and return its renderer."""
     colour, x, y = COLOURS[line.colour], _short(line.x), _short(line.y)
     if line.kind in ('band', 'bars'):
         assert line.high is not None
@@ -809,5 +799,5 @@ def _bokeh_line(axes: Any, line: Line, *, solid: bool) -> Any:
 
 
 def _short(values: FloatArray) -> Any:
-    """Return numbers in single precision, which is finer than any screen."""
+    """Return numbers in single precision, finer than any screen."""
     return np.asarray(values, np.float32)

@@ -1,4 +1,4 @@
-"""A figure of Matplotlib as a notebook shows it."""
+"""A Matplotlib figure for notebooks."""
 
 from __future__ import annotations
 
@@ -13,20 +13,19 @@ from PIL import Image
 from tauto_core.files import LOOK
 
 LARGEST_SVG = 45_000
-"""Bytes from which a picture, such as a map with long coasts, is shown as PNG instead: 60 kB in
-the notebook, where each three bytes are four letters."""
+"""Largest SVG [bytes]. A larger one, such as a map with long coasts, becomes a PNG. In base64 the
+limit is 60 kB."""
 CSS_PIXELS_AN_INCH = 96
 DOTS_AN_INCH, COLOURS = 144, 48
-"""Of these PNGs. A map has a dozen colours, and half-tones at their edges."""
+"""Resolution and palette of these PNGs. A map has a dozen colours, and half-tones at their edges.
+"""
 
 
 class Picture(Figure):
-    """A figure of Matplotlib that a notebook shows.
-
-    A bare figure that `pyplot` has not made is shown as text.
+    """A Matplotlib figure that a notebook shows as an image, even without `pyplot`.
 
     Attributes:
-        described: the picture in words, for those who do not see it.
+        described: alternative text.
     """
 
     described = ''
@@ -36,14 +35,14 @@ class Picture(Figure):
 
 
 def picture_html(drawn: Figure, described: str = '') -> str:
-    """Return a figure as an image of HTML."""
+    """Return a figure as an HTML image with an alternative text."""
     written, kind = BytesIO(), 'svg+xml'
     with mpl.rc_context(LOOK):
         drawn.savefig(written, format='svg', metadata={'Date': None})
         if written.tell() > LARGEST_SVG:
             image, written, kind = BytesIO(), BytesIO(), 'png'
             drawn.savefig(image, format='png', dpi=DOTS_AN_INCH)
-            # this method keeps colours that are rare, as those of lines are
+            # this method keeps rare colours, such as the lines'
             png = Image.open(image).convert('RGB').quantize(COLOURS, Image.Quantize.FASTOCTREE)
             png.save(written, 'png', optimize=True)
     source = b64encode(written.getvalue()).decode('ascii')

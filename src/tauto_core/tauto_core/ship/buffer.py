@@ -1,8 +1,7 @@
 """The samples that a moving clock still needs, and the forcing computed from them.
 
-A piece runs from one sample to the next or over several. It is used as soon as its interpolation
-windows are complete: at most four samples after its end, so that stages may lag by `LOOKAHEAD`
-samples.
+A piece spans one or more sample steps. It is used as soon as its interpolation windows are
+complete, at most four samples after its end. Stages may lag by `LOOKAHEAD` samples.
 """
 
 from __future__ import annotations
@@ -36,19 +35,18 @@ from tauto_core.ship.sampling import (
 # -----------------------------------------------------------------------------
 # Polynomials that represent the ship's motion between its samples.
 #
-# A piece spans n samples. Roll comes with its rate: with one more sample on either side, n + 3
-# samples give a Hermite polynomial of degree 2n + 5 (with three more, where samples are coarse
-# and no polynomial is fitted, one of degree 2n + 13). The specific force comes without a rate:
-# with four more samples on either side, n + 9 samples give a Lagrange polynomial of degree n + 8.
-# Both are written in powers of x, which runs from 0 to 1 over the piece.
+# A piece spans n steps. Roll has a rate: with one more sample on either side, n + 3 samples give
+# a Hermite polynomial of degree 2n + 5 (for coarse samples without fitting, three more samples
+# and degree 2n + 13). The specific force has no rate: with four more samples on either side,
+# n + 9 samples give a Lagrange polynomial of degree n + 8. Both are in powers of x, 0 to 1 over
+# the piece.
 #
-# Remainder for a wave of angular frequency Ω sampled every h, of unit amplitude: at most (Ωh)^w
-# max|ω(u)|/w!, with w conditions and ω(u) the product of the distances to their nodes, in
-# samples, over the piece. For n = 1 that is, in the middle, for roll (Ωh)⁸ (3/4)⁴/8! = 8e-6 (Ωh)⁸
-# and for force (Ωh)¹⁰ (945/32)²/10! = 2.4e-4 (Ωh)¹⁰. Source: the remainder of (Hermite)
-# interpolation, e.g. Stoer & Bulirsch, Introduction to Numerical Analysis, 2.1.
+# The remainder for a wave of angular frequency Ω and unit amplitude, sampled every h, is at most
+# (Ωh)^w max|ω(u)|/w!, with w conditions and ω(u) the product of the distances to their nodes, in
+# steps. For n = 1, mid-piece: roll (Ωh)⁸ (3/4)⁴/8! = 8e-6 (Ωh)⁸, force (Ωh)¹⁰ (945/32)²/10! =
+# 2.4e-4 (Ωh)¹⁰ (Stoer & Bulirsch, Introduction to Numerical Analysis, 2.1).
 #
-# Measured, for a wave of 5 s of unit amplitude: largest error of the value, of the first
+# Measured for a wave of 5 s and unit amplitude: largest error of the value, of the first
 # derivative over Ω, of the second over Ω² (the last two are mostly rounding of the samples).
 #
 # | n | force, 20 Hz       | roll, 20 Hz        | force, 10 Hz       | roll, 10 Hz        |
@@ -60,15 +58,14 @@ from tauto_core.ship.sampling import (
 # | 6 | 3e-16 8e-15 2e-13  | 3e-16 1e-14 2e-12  | 3e-16 5e-15 7e-14  | 2e-16 4e-15 5e-13  |
 # | 8 | 6e-16 1e-14 4e-13  | 7e-16 3e-14 1e-11  | 3e-16 6e-15 1e-13  | 7e-16 1e-14 3e-12  |
 #
-# At the start of a run pieces span one sample, unless the motion is known to be smooth: wide one-
-# sided windows magnify noise up to a thousandfold.
+# At the start of a run pieces span one step, unless the motion is known to be smooth: wide
+# one-sided windows magnify noise up to a thousandfold.
 
 ROLL_POINTS, FORCE_POINTS = 4, 10
 
 COARSE_NS, COARSE_BEFORE = 400_000_000, 3
-"""Samples farther apart [ns] have wider windows where that costs little: the first piece, whose
-window lies on one side, would be the worst by far. Closer ones would gain nothing by it but
-rounding, which such windows magnify: at 2.5 Hz, in a sea with a peak at 9 s, both are alike.
+"""Step above which windows are wider [ns], for the sake of the first piece with its one-sided
+window. Closer samples would only lose to rounding. Break-even is 2.5 Hz in a sea of 9 s.
 """
 
 
@@ -77,9 +74,9 @@ class SamplePieces:
     """Pieces of motion between samples of a buffer, arrays of shape (n,).
 
     Attributes:
-        begin: sample at which each piece begins.
-        end: sample at which it ends.
-        regular: whether the window is centred and evenly spaced; such pieces are of equal length.
+        begin: index of the first sample of each piece.
+        end: index of the last.
+        regular: whether the window is centred and evenly spaced. Such pieces have equal lengths.
     """
 
     begin: IntArray
@@ -97,11 +94,11 @@ def _conditions(stride: int, margin: int, *, slopes: bool) -> int:
 
 @lru_cache(maxsize=64)
 def newton_basis(stride: int, margin: int, *, slopes: bool) -> FloatArray:
-    """Return the powers of x of Newton's basis over a piece of `stride` evenly spaced samples.
+    """Return Newton's basis in powers of x over a piece of `stride` even steps.
 
     Column k has the coefficients of Π_{i<k} (stride·x + margin − z_i), with z = 0, 1, 2, … and a
     factor 1/k! for values, and z = 0, 0, 1, 1, … for values and slopes. The window has `margin`
-    samples before the piece and after it. Exact up to the rounding of each number.
+    samples before and after the piece. Each number is correctly rounded.
     """
     size = _conditions(stride, margin, slopes=slopes)
     basis = np.zeros((-(-size // 2) * 2,) * 2)
@@ -127,13 +124,12 @@ def polynomials(
     offset: int,
     wide: int | None = None,
 ) -> FloatArray:
-    """Return the coefficients over some pieces, shape (n, w), from values and their rates [1/s].
+    """Return the coefficients over pieces, shape (n, w), from values and their rates [1/s].
 
-    w is that of a regular piece: stride + 9, with rates 2·(stride + 3). Others of several samples
-    have windows as wide (`wide` samples before and after, where given); those of one sample, with
-    windows of `FORCE_POINTS` or `ROLL_POINTS` samples (fewer where there are no more), have zeros
-    beyond. Windows that would reach before the first sample of the run, `offset` before those at
-    hand, or beyond the last are shifted.
+    w = stride + 9, with rates 2·(stride + 3). Irregular pieces of several steps have windows of
+    the same width (`wide` samples before and after, if given). Pieces of one step have windows of
+    `FORCE_POINTS` or `ROLL_POINTS` samples, or all that exist, and zeros in higher powers. Windows
+    are shifted to stay within the run, which began `offset` samples before `stamps_ns`.
     """
     from tauto_core.ship.fitting import fit_hermite, fit_values, fit_windows  # imports kernels
 
@@ -168,24 +164,23 @@ def polynomials(
 
 @lru_cache(maxsize=2 * MAX_STRIDE)
 def window_nodes(stride: int, margin: int) -> tuple[float, ...]:
-    """Return x at the samples of a window of a regular piece, with so many before it."""
+    """Return x at the samples of a regular piece's window, with `margin` samples before it."""
     points = _conditions(stride, margin, slopes=False)
     return tuple((i - margin) / stride for i in range(points))
 
 
 # -----------------------------------------------------------------------------
-# The time step of the motion that the clock feels, which a suspended case makes finer.
+# The time step of the motion at the clock, which a suspension makes finer.
 
 
 def felt_parts(scene: Scene) -> int:
-    """Return the number of equal parts into which a step of ship/imu is divided for the clock.
+    """Return the number of equal parts of a step of ship/imu for the clock, 1 if not suspended.
 
-    1 without a suspension; otherwise the least number that
-    divides the step into whole nanoseconds and keeps the turn of the fast mode within
-    `largest_turn`, and where angles may be large that of the slow mode within LARGEST_SLOW_TURN.
+    It is the least number that divides the step into whole nanoseconds and limits the turn of the
+    fast mode to `largest_turn`, and with large angles the slow mode's to `LARGEST_SLOW_TURN`.
 
     Raises:
-        SceneError: a mode is too fast for that.
+        SceneError: a mode is too fast.
     """
     hung = scene.suspension
     if hung is None:
@@ -204,7 +199,7 @@ def felt_parts(scene: Scene) -> int:
             scene.name,
             'ship.rate',
             scene.ship.rate,
-            f'is too low for wide swings of the case, whose slow mode turns {slow:.6g} rad/s',
+            f'is too low for wide swings of the case, with a slow mode of {slow:.6g} rad/s',
             f'Use a rate of at least {needed_hz / MOST_STEP_PARTS:.6g} Hz, or set '
             'suspension.large_angles to false.',
         )
@@ -214,7 +209,7 @@ def felt_parts(scene: Scene) -> int:
             scene.name,
             'ship.rate',
             scene.ship.rate,
-            f'cannot be divided finely enough for the suspension, whose fast mode turns '
+            f'cannot be divided finely enough for the suspension with a fast mode of '
             f'{fast:.6g} rad/s: a step of {scene.step_ns} ns has no divisor that fits',
             'Use a rate whose step is a round number of nanoseconds, for example 20.0 Hz.',
         )
@@ -226,20 +221,20 @@ def felt_parts(scene: Scene) -> int:
         scene.name,
         'suspension.gyration_radius',
         hung.gyration_radius,
-        f'makes the fast mode of the case turn {fast:.6g} rad/s (h′ = '
-        f'{scene.g / fast**2:.6g} m); at {scene.ship.rate!r} Hz the limit is {limit:.6g}',
+        f'gives the case a fast mode of {fast:.6g} rad/s (h′ = {scene.g / fast**2:.6g} m), '
+        f'while the limit at {scene.ship.rate!r} Hz is {limit:.6g}',
         f'{remedy}a ship.rate of {fast / limit * scene.ship.rate:.6g} Hz or more.',
     )
 
 
 def felt_step_ns(scene: Scene) -> int:
-    """Return the time between samples of the motion that the clock feels [ns]."""
+    """Return the step of the motion at the clock [ns]."""
     return scene.step_ns // felt_parts(scene)
 
 
 BRIDGED_STEPS = 1.5
 CROWDED_PART = 4
-"""A sample less than 1/4 of a step after the last one is left out: polynomials through
+"""A sample less than 1/4 of a step after the last one is dropped: polynomials through
 roll and roll rate at two instants δ apart multiply their noise by (step/δ)³.
 """
 
@@ -249,18 +244,18 @@ T = TypeVar('T')
 
 
 PIECE_COST = 0.5
-"""Cost of a piece in addition to that of its steps, in steps."""
+"""Fixed cost of a piece, in steps of the propagator."""
 
 WORTH = 0.9
-"""Shorter pieces are used if they reduce the cost below this fraction."""
+"""Shorter pieces are used if they reduce the cost to less than this fraction."""
 
 
 def samples_a_piece(scene: Scene, steps_in: Callable[[float], int] = lambda _: 1) -> int:
-    """Return the number of samples in a piece, such that pieces end at logged instants.
+    """Return the number of steps of a piece, for pieces that end at logged instants.
 
-    A polynomial over a longer piece is more accurate, since less of the piece is near the edge of
-    the fitted window. Shorter pieces are used where whole steps fit them better: `steps_in` gives
-    the propagator's steps in a piece of a length [s].
+    Longer pieces are more accurate, as less of them is near the edge of the fitted window. Shorter
+    ones are used if whole steps of the propagator fit them better. `steps_in` returns its number
+    of steps in a length [s].
     """
     if scene.lies_still:
         return 1
@@ -276,25 +271,23 @@ def samples_a_piece(scene: Scene, steps_in: Callable[[float], int] = lambda _: 1
 
 
 class MotionBuffer(Stateful):
-    """Turns motion samples into forcing; the result does not depend on batches.
+    """Turns motion samples into forcing, independently of batches.
 
     Args:
         apparent_vertical: whether the neutral line is the apparent vertical, not fixed to the
             case.
         apparent_gravity: whether the pull is proportional to the apparent gravity.
-        still: whether the platform lies still; samples then only set the pace of the run.
-        step_ns: nominal time between samples [ns]. Longer steps count as bridged; samples within a
-            quarter of it (or of the last step, where shorter) after the last one are left out.
-        max_gap_s: longest time between samples that is interpolated [s]; None where samples only
-            set the pace.
+        still: whether the platform is at rest. Samples then only set the pace of the run.
+        step_ns: nominal step [ns]. Longer steps count as bridged. Samples within a quarter of it
+            (or of the last step, if shorter) after the last one are dropped.
+        max_gap_s: longest time between samples that is interpolated [s], or `None` at rest.
         plane: the plane in which the thread can follow the force.
-        stride: samples that a piece spans, 1 to 8, where they are evenly spaced and no logged
-            instant falls inside.
-        smooth: whether the motion is free of noise. The first pieces may then span as many samples
-            as the others, with windows that begin at the first sample; such windows magnify noise
-            a thousandfold.
+        stride: steps that a piece spans, 1 to 8, if they are even and no logged instant falls
+            inside.
+        smooth: whether the motion is free of noise. The first pieces may then span `stride`, with
+            one-sided windows, which magnify noise a thousandfold.
         by_samples: whether a neutral line fixed to the case is given by samples, not fitted.
-        unbalanced: whether the wheel is; a neutral line fixed to the case then needs β − γ too.
+        unbalanced: whether the wheel is. A neutral line fixed to the case then needs β − γ, too.
     """
 
     state_names = ('times', 'data', 'first', 'next', 'turns', 'last_roll', 'bridged', 'crowded')
@@ -314,7 +307,7 @@ class MotionBuffer(Stateful):
         unbalanced: bool = False,
     ) -> None:
         if not 1 <= stride <= MAX_STRIDE:
-            raise ValueError(f'stride = {stride}: must lie in [1, {MAX_STRIDE}]')
+            raise ValueError(f'stride = {stride}: must be in [1, {MAX_STRIDE}]')
         self._apparent_vertical = apparent_vertical and not still
         self._apparent_gravity = apparent_gravity and not still
         self._leans = unbalanced and not still and not apparent_vertical
@@ -334,7 +327,7 @@ class MotionBuffer(Stateful):
         self.bridged = self.crowded = 0
 
     def add(self, imu: Sensed | HungImu, origin_ns: int) -> None:
-        """Take screened samples; times are counted from the origin."""
+        """Add screened samples. Times count from the origin."""
         if isinstance(imu, ImuSamples):
             is_spaced = self._spaced(imu.stamp_ns - origin_ns)
             if is_spaced is not None:
@@ -359,7 +352,7 @@ class MotionBuffer(Stateful):
         return len(self._times) > 0
 
     def channel_names(self) -> tuple[str, ...]:
-        """Return the names of the channels; `line` is the direction of the neutral line."""
+        """Return the names of the channels. `line` is the direction of the neutral line."""
         if self._still:
             return ()
         line = ('line', 'tilt') if self._apparent_vertical else ('line', 'line_rate')
@@ -395,7 +388,7 @@ class MotionBuffer(Stateful):
         lean: FloatArray | None,
         gravity: FloatArray | None,
     ) -> None:
-        """Fill the channels that there are: the roll in [−π, π], its rate, and the force felt."""
+        """Fill the channels in use: the roll in [−π, π], its rate, and the force."""
         from tauto_core.ship import kernels  # kernels
 
         velocity = None if rate is None else contiguous(imu.angular_velocity)
@@ -404,7 +397,7 @@ class MotionBuffer(Stateful):
             kernels.force_of(contiguous(force_in_plane(imu, self._plane)), lean, gravity)
 
     def _spaced(self, times: IntArray) -> NDArray[np.bool_] | None:
-        """Return which samples are far enough from the one before; None if all are."""
+        """Return which samples are far enough from the one before, or `None` if all are."""
         least_ns = -(-self._step_ns // CROWDED_PART)
         if self._still:
             return None
@@ -423,11 +416,13 @@ class MotionBuffer(Stateful):
         return is_spaced
 
     def forcing(self, log_ns: int, end_ns: int | None, *, final: bool) -> Forcing | None:
-        """Return the forcing over the pieces that are complete, None where there is none.
+        """Return the forcing over the complete pieces, or `None` if there is no such piece.
 
-        Spans end at logged instants and at `end_ns`, if there is an end. With `final` the windows
-        at the end become one-sided, since no more samples will come. A `PropagationError` says
-        that the next piece is longer than `max_gap_s`; all before it has been returned.
+        Spans end at logged instants and at `end_ns`. With `final` no more samples will come, and
+        the windows at the end become one-sided.
+
+        Raises:
+            PropagationError: the next piece is longer than `max_gap_s`.
         """
         end = _LATEST_NS if end_ns is None else end_ns
         pieces = self.ready(log_ns, end, final=final)
@@ -451,7 +446,7 @@ class MotionBuffer(Stateful):
         return spans
 
     def ready(self, log_ns: int, end_ns: int, *, final: bool) -> SamplePieces:
-        """Return the complete pieces not yet used, up to the first gap; raise if it is next."""
+        """Return the complete pieces not yet used, up to the first gap. Raise if it is next."""
         times, begin = self._times, self._next - self._first
         bridged_ns = int(BRIDGED_STEPS * self._step_ns)
         if self._still:
@@ -492,7 +487,7 @@ class MotionBuffer(Stateful):
         """Return the polynomials of the motion over each span."""
         if self._by_samples:
             values, rates = self._data['line'], self._data['line_rate']
-            # a regular piece is given by its samples, another, −1 less its row, by a polynomial
+            # a regular piece has its first sample, an irregular one −1 − its row of `fitted`
             irregular = np.flatnonzero(~pieces.regular)
             samples = pieces.begin - self._margin
             samples[irregular] = -1 - np.arange(len(irregular))
@@ -527,7 +522,7 @@ class MotionBuffer(Stateful):
         )
 
     def forget(self, used: SamplePieces) -> None:
-        """Drop the samples that no piece after those used can reach."""
+        """Drop the samples that later pieces do not need."""
         self._next = self._first + int(used.end[-1])
         drop = max(self._next - FORCE_POINTS - self._first, 0)
         self._times = self._times[drop:]
@@ -536,12 +531,12 @@ class MotionBuffer(Stateful):
 
 
 TURNS = 4
-"""Turns whose answers are kept: a clock may take several parts of its samples at once."""
+"""Number of recent answers kept. A clock may take several parts of its samples at once."""
 
 
 @dataclass
 class _Shared:
-    """What clocks that are fed in turn have in common, and what it has answered last."""
+    """A part that several clocks share, and its latest answers."""
 
     part: Any
     turns: int = 0
@@ -550,29 +545,28 @@ class _Shared:
 
 
 class SharedBuffers:
-    """Buffers and cases of clocks in one sea, which are fed in turn; each is computed once.
+    """Buffers and cases that clocks in one sea share, fed in turn. Each is computed once.
 
-    Clocks whose buffers have the same settings, and that take their samples in the same parts,
-    get the same forcing.
+    Clocks with the same settings and the same parts of samples share their forcing.
     """
 
     def __init__(self) -> None:
         self._known: dict[tuple[object, ...], _Shared] = {}
 
     def common(self, key: tuple[object, ...], make: Callable[[], object]) -> _Shared:
-        """Return what clocks with this key have in common; it is made for the first of them."""
+        """Return the shared part with this key, made for the first clock."""
         if key not in self._known:
             self._known[key] = _Shared(make())
         return self._known[key]
 
     def buffer(self, parts: object, **settings: Any) -> BufferInCommon:
-        """Return the buffer of one more clock; `parts` says on what its parts depend."""
+        """Return a clock's view of the buffer with these settings; `parts` is part of its key."""
         key = parts, *sorted(settings.items())
         return BufferInCommon(self.common(key, lambda: MotionBuffer(**settings)))
 
 
 class InCommon:
-    """A buffer or case that clocks have in common, as one of them sees it."""
+    """One clock's view of a shared buffer or case."""
 
     part: Any
 
@@ -581,7 +575,7 @@ class InCommon:
         self.bridged = self.crowded = 0
 
     def in_turn(self, compute: Callable[[], T]) -> T:
-        """Return, or raise, the answer of the next turn; the first clock to ask computes it."""
+        """Return, or raise, the answer of the next turn. The first clock to ask computes it."""
         shared = self._shared
         self._turn += 1
         if self._turn > shared.turns:
@@ -599,8 +593,8 @@ class InCommon:
         return cast(T, answer)
 
     def state(self) -> State:
-        """Refuse: what clocks share is not saved with one of them."""
-        raise TypeError('what clocks in one sea have in common is not saved')
+        """Refuse: a shared part is not saved with one clock."""
+        raise TypeError('clocks that share a sea cannot be saved')
 
     def restore(self, _: State) -> None:
         """Refuse as `state` does."""
@@ -608,24 +602,24 @@ class InCommon:
 
 
 class BufferInCommon(InCommon):
-    """The buffer of one of the clocks."""
+    """One clock's view of a shared buffer."""
 
     part: MotionBuffer
 
     def add(self, imu: Sensed | HungImu, origin_ns: int) -> None:
-        """Take screened samples, unless another clock has brought them."""
+        """Add screened samples, unless another clock has added them."""
         shared = self._shared
         if int(imu.stamp_ns[-1]) > shared.last_ns:
             self.part.add(imu, origin_ns)
             shared.last_ns = int(imu.stamp_ns[-1])
 
     def forcing(self, log_ns: int, end_ns: int | None, *, final: bool) -> Forcing | None:
-        """Return the forcing over the pieces that are complete, as another clock has had it."""
+        """Return the forcing over the complete pieces, as `MotionBuffer.forcing` does."""
         return self.in_turn(lambda: self.part.forcing(log_ns, end_ns, final=final))
 
 
 def _cut(starts: IntArray, stops: IntArray, log_ns: int, end_ns: int) -> tuple[Forcing, IntArray]:
-    """Return pieces cut at logged instants and at the end, and the piece of each span."""
+    """Return spans, pieces cut at logged instants and at the end, and the piece of each."""
     until = np.minimum(stops, end_ns)
     log_begin = starts // log_ns
     cuts = (until - 1) // log_ns - log_begin

@@ -1,7 +1,7 @@
-"""Readings of an inertial sensor beside the clock: from the ship's motion and back, and sorted.
+"""Readings of an inertial sensor at the clock: computed from the ship's motion, and checked.
 
-Axes are those of REP-103: x forward along wheel axle and roll axis, y to port, z up. Roll ρ is
-right-handed about x: starboard down is positive. Equations: theory/ship.md.
+Axes follow REP-103: x forward along wheel axle and roll axis, y to port, z up. Roll ρ is
+right-handed about x, positive with starboard down. Equations: theory/ship.md.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ REFUSALS = (
 
 @dataclass(frozen=True)
 class Attitude:
-    """The motion of the ship as the clock feels it, arrays of shape (n,).
+    """The ship's motion at the clock, arrays of shape (n,).
 
     Attributes:
         roll: ρ [rad], in (−π, π].
@@ -72,10 +72,9 @@ def imu_from_roll(
     force_y: FloatArray,
     force_z: FloatArray,
 ) -> ImuSamples:
-    """Return IMU samples of a ship that only rolls, with the variances of this module.
+    """Return IMU samples of a ship that only rolls, with the specific force along y and z [m/s²].
 
-    Orientation (sin ρ/2, 0, 0, cos ρ/2), angular velocity (ρ̇, 0, 0); the specific force along the
-    ship's y and z in m/s².
+    Orientation (sin ρ/2, 0, 0, cos ρ/2), angular velocity (ρ̇, 0, 0).
     """
     half = 0.5 * np.ascontiguousarray(roll)
     n = len(stamp_ns)
@@ -107,7 +106,7 @@ def sensed(
 
 @lru_cache(maxsize=8)
 def _covariances(n: int) -> tuple[FloatArray, ...]:
-    """Return the covariances of n samples, read-only: they take no memory."""
+    """Return read-only views of the covariances, for n samples."""
     return tuple(np.broadcast_to(row, (n, 9)) for row in _COVARIANCES)
 
 
@@ -123,17 +122,16 @@ def imu_samples(
     turning: bool = True,
     felt: bool = True,
 ) -> ImuSamples:
-    """Return the readings of an IMU beside the clock (theory/ship.md).
+    """Return the readings of an IMU at the clock (theory/ship.md).
 
     The acceleration of the clock, `height` z0 above the roll axis, is
-    ÿ = -z0 (ρ̈ cos ρ - ρ̇² sin ρ) and z̈ = z̈_s - z0 (ρ̈ sin ρ + ρ̇² cos ρ). With gravity, in axes
-    turned by ρ, it is
+    ÿ = -z0 (ρ̈ cos ρ - ρ̇² sin ρ) and z̈ = z̈_s - z0 (ρ̈ sin ρ + ρ̇² cos ρ). The specific force, in
+    axes turned by ρ, is
 
         f′_y = (g + z̈_s) sin ρ - z0 ρ̈,    f′_z = (g + z̈_s) cos ρ - z0 ρ̇².
 
-    The roll acceleration is None where the height is 0, the roll rate where neither the force at a
-    height nor the angular velocity is asked for, that of the heave where there is none.
-    Angular velocity and force are empty where they are not asked for.
+    Derivatives that the readings do not need may be `None`, and the heave if there is none.
+    Without `turning` the angular velocity is empty, without `felt` the force.
     """
     from tauto_core.ship.kernels import encode_imu  # imports kernels
 
@@ -156,18 +154,14 @@ def imu_samples(
 
 
 def attitude(imu: ImuSamples) -> Attitude:
-    """Return roll, roll rate and specific force from any IMU samples (theory/ship.md).
+    """Return roll, roll rate and specific force from screened IMU samples (theory/ship.md).
 
-    The roll is that of the yaw-pitch-roll sequence,
+    The roll of the yaw-pitch-roll sequence and its rate are
 
         ρ = atan2(2 (w x + y z), w² - x² - y² + z²),
         ρ̇ = ω_x + (ω_y sin ρ + ω_z cos ρ) tan(pitch).
 
-    Both are homogeneous in the quaternion, so its norm does not matter. The effect of pitch on the
-    force along z is kept. Each sample is computed by itself, so the bits do not depend on batches.
-
-    Args:
-        imu: samples that `screen` has passed.
+    The norm of the quaternion does not matter. The bits do not depend on batches.
     """
     x, y, z, w = (np.ascontiguousarray(imu.orientation[:, i]) for i in range(4))
     sine = 2.0 * (w * x + y * z)
@@ -194,13 +188,15 @@ def screen(
 
     Each refused sample counts once, under the first of `REFUSALS` that applies:
     `orientation_absent`, `angular_velocity_absent`, `linear_acceleration_absent` (first element
-    of the covariance -1; all zero means unknown and is accepted), `not_finite` (in orientation,
-    angular velocity or linear acceleration), `zero_quaternion` (norm below 1e-6),
-    `not_unit_quaternion` (norm differs from 1 by more than 1e-3; less does not matter to
-    `attitude`), `roll_undefined` (pitch at 90 degrees), `duplicated` (stamp of the last sample
-    kept, `last_stamp_ns`, None before the first), `out_of_order` (an earlier one). Where that
-    stamp is carried along, the split into batches does not matter. With `compiled` one compiled
-    pass checks first whether anything is to be refused.
+    of the covariance -1, while all zero means unknown and is accepted), `not_finite` (in
+    orientation, angular velocity or linear acceleration), `zero_quaternion` (norm below 1e-6),
+    `not_unit_quaternion` (norm differs from 1 by more than 1e-3), `roll_undefined` (pitch at 90
+    degrees), `duplicated` (stamp of the last sample kept), `out_of_order` (an earlier stamp).
+
+    Args:
+        imu: samples.
+        last_stamp_ns: stamp of the last sample kept in earlier batches, or `None`.
+        compiled: whether one compiled pass first checks if any sample is to be refused.
     """
     if compiled and len(imu.stamp_ns) and _nothing_refused(imu, last_stamp_ns):
         return imu, dict.fromkeys(REFUSALS, 0)
@@ -211,7 +207,7 @@ def screen(
 
 
 def _nothing_refused(imu: ImuSamples, last_stamp_ns: int | None) -> bool:
-    """Return whether all samples are good by a margin larger than rounding."""
+    """Return whether all samples pass by a margin larger than rounding."""
     from tauto_core.ship.kernels import all_good  # imports kernels
 
     covariances = (
@@ -235,13 +231,13 @@ def _nothing_refused(imu: ImuSamples, last_stamp_ns: int | None) -> bool:
 
 
 def contiguous(array: A) -> A:
-    """Return an array in the form that compiled functions need, contiguous and writable."""
+    """Return the array, or a copy, contiguous and writable for compiled functions."""
     flags = array.flags
     return array if flags.c_contiguous and flags.writeable else array.copy()
 
 
 def refusal_reasons(imu: ImuSamples, last_stamp_ns: int | None) -> IntArray:
-    """Return for each sample 0 if `screen` keeps it, else 1 + the reason's place in `REFUSALS`."""
+    """Return for each sample 0 if `screen` keeps it, else 1 + the index in `REFUSALS`."""
     reasons = content_reasons(imu)
     good = np.flatnonzero(reasons == 0)
     if good.size:
@@ -254,7 +250,7 @@ def refusal_reasons(imu: ImuSamples, last_stamp_ns: int | None) -> IntArray:
 
 
 def content_reasons(imu: ImuSamples) -> IntArray:
-    """Return the same as `refusal_reasons` for the content alone, without the stamps."""
+    """Return `refusal_reasons` by the content alone, without the stamps."""
     covariances = (
         imu.orientation_covariance,
         imu.angular_velocity_covariance,
@@ -262,7 +258,7 @@ def content_reasons(imu: ImuSamples) -> IntArray:
     )
     vectors = (imu.orientation, imu.angular_velocity, imu.linear_acceleration)
     finite = np.logical_and.reduce([np.isfinite(vector).all(axis=1) for vector in vectors])
-    # refused rows are replaced, so that the computation raises no floating-point warnings
+    # refused rows are replaced to avoid floating-point warnings
     unit = np.array([0.0, 0.0, 0.0, 1.0])
     orientation = np.where(finite[:, None], imu.orientation, unit)
     with np.errstate(over='ignore'):
@@ -284,18 +280,18 @@ def content_reasons(imu: ImuSamples) -> IntArray:
 
 
 # -----------------------------------------------------------------------------
-# The readings of a `SpatialImu`, with the same bits as from its messages.
+# The readings of a `SpatialImu`, with the bits of its messages.
 
 Sensed: TypeAlias = ImuSamples | SpatialImu
 
 
 def message(imu: Sensed) -> ImuSamples:
-    """Return the samples field for field as the message has them."""
+    """Return the samples as in a message, with all fields."""
     return imu if isinstance(imu, ImuSamples) else imu.samples(True, True, slice(None))
 
 
 def in_parts(imu: Sensed, turning: bool, felt: bool) -> Iterator[tuple[slice, ImuSamples]]:
-    """Yield the samples with their rows; those of `SpatialImu` in its parts, without the rest."""
+    """Yield rows and samples, a `SpatialImu` in its parts with only the channels asked for."""
     if isinstance(imu, SpatialImu):
         yield from imu.parts(turning, felt)
     else:
@@ -303,10 +299,9 @@ def in_parts(imu: Sensed, turning: bool, felt: bool) -> Iterator[tuple[slice, Im
 
 
 def kept(imu: Sensed, asked: set[str]) -> Sensed:
-    """Return the same samples, whose readings are computed once however many clocks ask.
+    """Return the same samples with readings that are computed once for all clocks.
 
-    `asked` holds the channels for which clocks asked in earlier samples, and takes those for which
-    they ask now: a force that no clock feels is not computed.
+    `asked` collects the channels that the clocks use: an unused force is not computed.
     """
     if isinstance(imu, ImuSamples):
         return imu
@@ -320,7 +315,7 @@ def kept(imu: Sensed, asked: set[str]) -> Sensed:
 
 
 def parted(imu: Sensed, row: int) -> tuple[Sensed, Sensed]:
-    """Return the samples before a row, and those from it on."""
+    """Return the samples before a row, and the rest."""
     if isinstance(imu, ImuSamples):
         return take(imu, slice(None, row)), take(imu, slice(row, None))
 
@@ -339,9 +334,9 @@ def parted(imu: Sensed, row: int) -> tuple[Sensed, Sensed]:
 
 
 def quaternion_of_angles(roll: float, pitch: float, yaw: float) -> FloatArray:
-    """Return R_z(yaw) R_y(pitch) R_x(roll) as a quaternion x, y, z, w; angles [rad].
+    """Return R_z(yaw) R_y(pitch) R_x(roll) as a quaternion x, y, z, w, for angles in radians.
 
-    With the angles at which a sensor is mounted, R takes vectors from its axes to the clock's.
+    With the mounting angles of a sensor, R maps vectors from its axes to the clock's.
     """
     (a, b, c), (d, e, f) = (
         np.cos([roll / 2, pitch / 2, yaw / 2]),
@@ -358,9 +353,10 @@ def quaternion_of_angles(roll: float, pitch: float, yaw: float) -> FloatArray:
 
 
 def mounted(imu: ImuSamples, mount: FloatArray) -> ImuSamples:
-    """Return samples of a sensor in the clock's axes; `mount` is R as a quaternion, x, y, z, w.
+    """Return samples of a sensor in the clock's axes: v' = R v and q' = q R⁻¹.
 
-    v' = R v and q' = q R⁻¹. Covariances stay: only whether a quantity is known is read from them.
+    `mount` is R as a quaternion x, y, z, w. Covariances are not rotated, as they only say whether
+    a quantity is known.
     """
     axis, w = mount[:3], mount[3]
 
@@ -384,52 +380,48 @@ def mounted(imu: ImuSamples, mount: FloatArray) -> ImuSamples:
 
 
 # -----------------------------------------------------------------------------
-# Which samples of a live sensor form one uninterrupted motion, and where a new one begins.
+# Sorting the samples of a live sensor into runs of uninterrupted motion.
 #
-# A sample continues the last one if it is later by at most the longest gap, and the roll has
-# changed as the gyro says. Samples that do not continue it are set aside. If a later
-# sample continues the last good one, those set aside were wrong and are left out. If they continue
-# each other for `CONFIRMED_GAPS` longest gaps, time or motion has really jumped, and a new run
-# begins with them. Samples behind the last one that fill a gap of the last `LATE_S` are late and
-# left out, however many they are; others that go back, until they pass the last one, are a step of
-# the sensor's time. One of less than `FILLED` steps is not told from samples out of order.
-# This depends on the samples alone, not on batches or on the speed at which a bag is played.
+# A sample continues the run if it is later than the last by at most the longest gap, and the roll
+# has changed as the gyro says. Other samples are suspects. If a later sample continues the run,
+# the suspects were wrong and are dropped. If they continue each other for `CONFIRMED_GAPS` longest
+# gaps, time or motion has jumped, and they begin a new run. Earlier samples that fill a gap of the
+# last `LATE_S` are late and dropped. Other samples that go back and then pass the last good one
+# are a step of the sensor's clock. A step of less than `FILLED` sample steps looks like samples
+# out of order. The result depends on the samples alone, not on batches or on the playback speed.
 #
-# Of a sensor faster than the scene the samples between those that are kept are not dropped: each
-# kept sample becomes a mean of all from two kept ones before to two after, weighted as by Hann.
-# At even steps h this filter of linear phase has zeros at 1/(2h) and every 1/(4h) from there on,
-# where thinning would fold a vibration onto the slow motion. It delays by 2 h, flattens a slow
-# motion by 0.26 (Ω h)², and the second difference of the last means gives that back.
+# If a sensor is faster than the scene, each kept sample becomes a mean of all samples from two
+# kept ones before to two after, with Hann weights. At even steps h this linear-phase filter has
+# zeros at 1/(2h) and every 1/(4h) from there on, which thinning would alias onto the slow motion.
+# It delays by 2 h and flattens a slow motion by 0.26 (Ω h)². The second difference of the last
+# means corrects that.
 
 CONFIRMED_GAPS = 1.0
 LATE_S = 60.0
-"""Time for which a gap is remembered, and samples from it are known to be late."""
+"""Time for which a gap is remembered, to recognise its late samples."""
 LEAST_SUSPECTS = 3
 FEW = 10
 MOST_SUSPECTS = 20_000
 
 THINNED_PART = 0.75
-"""A sensor faster than the scene's rate is thinned to steps of at least this part of its step."""
+"""A faster sensor is thinned to steps of at least this fraction of the scene's step."""
 UNEVEN = 4.0
-"""Largest ratio of neighbouring steps: polynomials through uneven nodes multiply their noise by
-its cube."""
+"""Largest ratio of neighbouring steps. Polynomials through uneven nodes multiply noise by its
+cube."""
 FILLED = 3.0
-"""A step longer than so many of the ones before is filled with interpolated samples."""
+"""A step longer than this multiple of the one before is filled with interpolated samples."""
 
 JUMP_RAD = 0.05
-"""Change of roll that the gyro may leave unexplained: more than the errors of sensors, less than
-would disturb a clock.
+"""Largest change of roll that the gyro does not explain: above sensor errors, harmless to a clock.
 """
 MEAN_RAD = 0.01
-"""The same for a sample that takes part in a mean: one of another sensor, mounted by half a degree
-otherwise, is kept out.
-"""
+"""The same for a sample in a mean. It excludes a second sensor mounted half a degree off."""
 JUMP_RAD_PER_S3 = 0.2
 """Error of the trapezoid rule, |d³ρ/dt³|/12, in a sea of 4 s and 30 degrees."""
 
 
 class RollSample(NamedTuple):
-    """The last sample, for comparison with the next: stamp [ns], roll [rad], roll rate [rad/s]."""
+    """Stamp [ns], roll [rad] and roll rate [rad/s] of a sample."""
 
     stamp_ns: int
     roll: float
@@ -437,8 +429,12 @@ class RollSample(NamedTuple):
 
 
 class MotionRun(NamedTuple):
-    """Samples of one uninterrupted motion; `begins`: the first of them begins a new one, its stamp
-    `stepped_ns` behind the last good one where time has gone back.
+    """Samples of one uninterrupted motion.
+
+    Attributes:
+        imu: the samples.
+        begins: whether the first one begins a new motion.
+        stepped_ns: step back of its stamp behind the last good one, if any.
     """
 
     imu: ImuSamples
@@ -481,26 +477,26 @@ class Continuity:
 
     @property
     def holds_s(self) -> float:
-        """Stamp of the latest sample set aside less that of the last good one [s].
+        """Time from the last good sample to the latest suspect [s].
 
-        0 where fewer than `FEW` were in a row: these are late, or wrong.
+        0 for fewer than `FEW` in a row, which are late or wrong.
         """
         if self._astray < FEW or not self._suspects or self._last is None:
             return 0.0
         return (self._suspects[-1][0].stamp_ns - self._last.stamp_ns) * 1e-9
 
     def restart(self) -> None:
-        """Make the next sample begin a new run, whatever it contains."""
+        """Begin a new run with the next sample."""
         self._last = self._kept = None
         self._waiting, self._astray = [], 0
         self._drop_suspects()
 
     def feed(self, imu: ImuSamples) -> list[MotionRun]:
-        """Return the samples to use, in runs. Their content has been screened."""
+        """Return the samples to use, in runs. Their content must have been screened."""
         return list(self._runs(imu))
 
     def finish(self) -> list[MotionRun]:
-        """Return the last samples, which still wait for those after them, as they are."""
+        """Return the last samples, which were waiting for later ones, without averaging."""
         left, self._waiting = self._waiting, []
         return [MotionRun(join(left), False)] if left else []
 
@@ -546,7 +542,7 @@ class Continuity:
         return abs(_unexplained(before, now)) <= most
 
     def _suspected(self, place: RollSample, one: ImuSamples) -> ImuSamples | None:
-        """Set a sample aside; return all that are aside once they are confirmed as a new run."""
+        """Add a suspect. Return all suspects once they are confirmed as a new run."""
         aside = self._suspects
         if aside and (len(aside) == MOST_SUSPECTS or not self._goes_on(aside[-1][0], place)):
             self._drop_suspects()
@@ -565,7 +561,7 @@ class Continuity:
         return confirmed
 
     def _steps_back(self, place: RollSample) -> bool:
-        """Return whether the samples aside went back and now pass the last good one."""
+        """Return whether the suspects went back and now pass the last good sample."""
         aside = [one for one, _ in self._suspects]
         if self._last is None or len(aside) < LEAST_SUSPECTS:
             return False
@@ -575,7 +571,7 @@ class Continuity:
         return passes and follows and not self._are_late()
 
     def _are_late(self) -> bool:
-        """Return whether most samples aside fill a gap."""
+        """Return whether most suspects fill a gap."""
         fills = [any(a < one.stamp_ns < b for a, b in self._gaps) for one, _ in self._suspects]
         return 2 * sum(fills) > len(fills)
 
@@ -584,7 +580,7 @@ class Continuity:
         return max(self._step_ns, self._before_ns)
 
     def _remember(self, last_ns: int, next_ns: int) -> None:
-        """Note a gap in the motion, and forget those of long ago."""
+        """Note a gap in the motion, and forget old gaps."""
         oldest_ns = next_ns - round(LATE_S * 1e9)
         self._gaps = [gap for gap in self._gaps if gap[1] > oldest_ns] + [(last_ns, next_ns)]
 
@@ -597,7 +593,7 @@ class Continuity:
         self._suspects.clear()
 
     def _spaced(self, place: RollSample, one: ImuSamples) -> list[ImuSamples]:
-        """Return a sample that continues the run, after any that fill a gap; none if too close."""
+        """Return the samples to add for one that continues the run: with any that fill a gap."""
         assert self._last is not None
         assert self._kept is not None
         elapsed_ns = place.stamp_ns - self._last.stamp_ns
@@ -609,7 +605,7 @@ class Continuity:
         parts: list[ImuSamples] = []
         self._before_ns = elapsed_ns
         if self._window[-1][0] == last_ns or elapsed_ns > FILLED * usual_ns:
-            # with none in between a sample is as good as a mean, and waits for nothing
+            # without samples in between there is no mean to wait for
             parts = [*self._waiting, one]
             self._waiting, self._window, self._nodes, self._means = [], [], [], []
         if elapsed_ns > FILLED * usual_ns:
@@ -628,7 +624,7 @@ class Continuity:
         return parts
 
     def _averaged(self, one: ImuSamples) -> ImuSamples:
-        """Return a kept sample as the mean of its neighbours, up to the second after it."""
+        """Return the mean of the samples about a kept one, up to the second kept after it."""
         at_ns, kept = _row(one)
         place = self._nodes.index(at_ns)
         first_ns, last_ns = self._nodes[max(place - 2, 0)], self._nodes[-1]
@@ -640,7 +636,7 @@ class Continuity:
         weight = np.cos(0.5 * np.pi * since / reach) ** 2
         rows[:, :4] *= np.sign(rows[:, :4] @ kept[:4])[:, None]  # q and −q are one attitude
         sums = [float(weight @ since**k) for k in range(3)]
-        # of the straight line by least squares, which stamps that are not even do not shift
+        # least-squares line: uneven stamps do not shift its value
         weight *= (sums[2] - sums[1] * since) / (sums[0] * sums[2] - sums[1] ** 2)
         mean: FloatArray = weight @ rows
         self._means = [*self._means[-2:], mean]
@@ -655,7 +651,7 @@ class Continuity:
         )
 
     def state(self) -> State:
-        """Return the data of the next decision, and the counters."""
+        """Return the data that later samples need, and the counters."""
         held = {name: copy(vars(self)[name]) for name in _STATE}
         suspects = [(tuple(place), sample) for place, sample in self._suspects]
         return {**held, '_last': self._last and tuple(self._last), '_suspects': suspects}
@@ -681,14 +677,14 @@ def _row(one: ImuSamples) -> tuple[int, FloatArray]:
 
 
 def _between(before: ImuSamples, after: ImuSamples, number: int) -> ImuSamples:
-    """Return the samples that divide a gap into `number` parts, linear in every quantity."""
+    """Return samples, interpolated linearly, that divide a gap into `number` parts."""
     x = np.arange(1, number) / number
     first, last = int(before.stamp_ns[0]), int(after.stamp_ns[0])
 
     def mixed(one: FloatArray, other: FloatArray) -> FloatArray:
         return one + x[:, None] * (other - one)
 
-    # q and −q are the same attitude; the nearer one is used
+    # q and −q are the same attitude: use the nearer one
     sign = math.copysign(1.0, float(np.sum(before.orientation * after.orientation)))
     orientation = mixed(before.orientation, sign * after.orientation)
     rows = np.zeros(number - 1, np.int64)
@@ -705,18 +701,18 @@ def _between(before: ImuSamples, after: ImuSamples, number: int) -> ImuSamples:
 
 
 # -----------------------------------------------------------------------------
-# A ship that moves in all six ways: readings at her clock, and the force that its thread follows.
+# A ship with six degrees of freedom: readings at the clock, and the force that its thread follows.
 
 ThreadPlane: TypeAlias = Literal['free', 'vertical', 'ship']
 """The plane in which the weight of a clock can follow the apparent vertical (hull.md).
 
-`free`: a thread that leans in all directions. `vertical`: gimbals hold the wheel's axle level.
-`ship`: the plane athwart that is fixed to the ship and pitches with her.
+`free`: the thread leans in all directions. `vertical`: gimbals hold the wheel's axle level.
+`ship`: the plane athwart, fixed to the ship.
 """
 
 
 class Turned(NamedTuple):
-    """Angles of the ship and their derivatives, each [rad] or [rad/s], (n,)."""
+    """Angles of the ship [rad], or their rates [rad/s], (n,) each."""
 
     roll: FloatArray
     pitch: FloatArray
@@ -730,20 +726,20 @@ def imu_from_motions(
     acceleration: tuple[FloatArray, FloatArray, FloatArray] | None,
     gravity: FloatArray | float,
 ) -> ImuSamples:
-    """Return the reading of an IMU fixed to the ship beside the clock.
+    """Return the readings of an IMU fixed to the ship at the clock.
 
-    Specific force f = Rᵀ(a + g ẑ), R = R_z(ψ) R_y(θ) R_x(ρ), and the turning in her own axes
+    Specific force f = Rᵀ(a + g ẑ), R = R_z(ψ) R_y(θ) R_x(ρ), and angular velocity in ship axes
 
         ω_x = ρ̇ − ψ̇ sin θ,  ω_y = θ̇ cos ρ + ψ̇ cos θ sin ρ,  ω_z = −θ̇ sin ρ + ψ̇ cos θ cos ρ.
 
-    The bits of a sample depend on its own values alone, and not on whether all are needed.
+    The bits of a sample depend on its own values alone.
 
     Args:
         stamp_ns: true time of each sample [ns], (n,).
         angle: roll, pitch, yaw.
-        rate: their derivatives; None: the angular velocity is not needed, and is empty.
-        acceleration: of the clock forward, to port and up, in level axes [m/s²]; None: the force
-            is not needed, and is empty.
+        rate: their derivatives. Without it the angular velocity is empty.
+        acceleration: acceleration of the clock forward, to port and up, in level axes [m/s²].
+            Without it the force is empty.
         gravity: gravity, less Eötvös' term [m/s²].
     """
     from tauto_core.ship.kernels import encode_six  # imports kernels
@@ -769,14 +765,14 @@ def imu_from_motions(
 
 
 def force_in_plane(imu: ImuSamples, plane: ThreadPlane) -> FloatArray:
-    """Return the specific force that a clock's thread can follow, its last two columns.
+    """Return the specific force that a clock's thread can follow, in the last two columns.
 
-    They are athwart and upright in the axes of the case; the first, along the axle, does not
-    count. Where the thread leans freely its part is added to the size of the rest, along their
-    direction: the weight pulls with all of |f|, the wheel feels the direction athwart alone.
+    They are athwart and upright in the axes of the case. The first column, along the axle, has no
+    effect. A free thread follows all of |f|: the weight pulls with |f| in the direction of the
+    other two components.
 
     Args:
-        imu: samples that `imu.screen` has passed.
+        imu: screened samples.
         plane: see `ThreadPlane`.
     """
     force = imu.linear_acceleration
@@ -794,20 +790,16 @@ def force_in_plane(imu: ImuSamples, plane: ThreadPlane) -> FloatArray:
 
 
 def upward(imu: ImuSamples) -> FloatArray:
-    """Return the direction upwards in the axes of the sensor by its attitude, (n, 3).
+    """Return the vertical in the axes of the sensor, (n, 3): u̇ = u × ω.
 
-    u = Rᵀ ẑ = (−sin θ, cos θ sin ρ, cos θ cos ρ), whatever the yaw; it obeys u̇ = u × ω.
+    u = Rᵀ ẑ = (−sin θ, cos θ sin ρ, cos θ cos ρ), for any yaw.
     """
     sr, cr, sp, cp = _roll_and_pitch(imu.orientation)
     return np.column_stack((-sp, cp * sr, cp * cr))
 
 
 def level_force(imu: ImuSamples) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Return the specific force forward, to port and up, in level axes that yaw with the ship.
-
-    Args:
-        imu: samples that `imu.screen` has passed.
-    """
+    """Return the specific force of screened samples forward, to port and up, in level axes."""
     x, y, z = (np.ascontiguousarray(imu.linear_acceleration[:, i]) for i in range(3))
     sr, cr, sp, cp = _roll_and_pitch(imu.orientation)
     aside, deck = cr * y - sr * z, sr * y + cr * z
@@ -817,7 +809,7 @@ def level_force(imu: ImuSamples) -> tuple[FloatArray, FloatArray, FloatArray]:
 def _roll_and_pitch(orientation: FloatArray) -> tuple[FloatArray, ...]:
     """Return sine and cosine of roll and pitch, of quaternions of any norm (n, 4)."""
     qx, qy, qz, qw = (np.ascontiguousarray(orientation[:, i]) for i in range(4))
-    # homogeneous in the quaternion; sine and cosine of the roll times cos θ
+    # sine and cosine of the roll, times cos θ and the squared norm
     square = (qx * qx + qy * qy) + (qz * qz + qw * qw)
     sr, cr = 2.0 * (qw * qx + qy * qz), (qw * qw - qx * qx) + (qz * qz - qy * qy)
     cp = np.hypot(sr, cr)

@@ -1,7 +1,7 @@
 """The air on the voyage, and the temperature in the box of the clock (theory/air.md).
 
-The temperature of the air is a mean that is linear in time between knots, and a daily swing about
-it. The box follows the air as a body of one time constant, in closed form between the knots.
+The air has a mean temperature, piecewise linear in time, and a daily sine wave about it. The box
+follows the air with one time constant, in closed form between the knots.
 """
 
 from __future__ import annotations
@@ -34,15 +34,13 @@ from tauto_core.ship.passage import Passage
 FOLDER = 'tauto_core.ship.airs'
 
 COLDEST, WARMEST = -60.0, 60.0
-"""Temperatures of air at sea level, with room to spare [°C]."""
+"""Limits of the air's temperature at sea level, with a margin [°C]."""
 
 KELVIN_FROM = 200.0
-"""A number from here on is not a temperature in °C, but may be one in kelvin."""
+"""A number from here on is not in °C, but perhaps in kelvin."""
 
 AIR_KNOT_S = 600
-"""Time between the knots under way where longitude or latitude matter [s]; between them the mean
-and the local time are linear.
-"""
+"""Time between knots under way [s], with linear mean and local time between them."""
 
 _Hour = Annotated[float, Strict(), Field(ge=0.0, le=24.0)]
 _BoxHours = Annotated[float, Strict(), Field(gt=0.0, le=1000.0)]
@@ -50,9 +48,9 @@ _Diurnal = Annotated[float, Strict(), Field(ge=0.0, le=30.0)]
 
 
 class AirKind(Kind):
-    """The air: its daily swing, and the box in which the clock stands.
+    """The air: its daily variation, and the box of the clock.
 
-    Each kind has a mean temperature that is linear in time between knots.
+    Each kind gives a mean temperature that is piecewise linear in time.
     """
 
     diurnal: _Diurnal = Field(
@@ -74,7 +72,7 @@ class AirKind(Kind):
     def knots(self, scene: AirySurroundings) -> tuple[IntArray, FloatArray]:
         """Return times from the start of the scene [ns], and the mean of the air then [°C].
 
-        The mean is linear between the times, and constant before the first and after the last.
+        The mean is constant before the first time and after the last.
         """
         raise NotImplementedError
 
@@ -84,21 +82,21 @@ class AirKind(Kind):
 
 
 class AirySurroundings(Surroundings, Protocol):
-    """The parts of a scene on which the temperature of the box depends."""
+    """The parts of a scene that determine the temperature of the box."""
 
     @property
     def air(self) -> AirKind | None:
-        """The air; None: no temperature is simulated."""
+        """The air, or `None` if no temperature is simulated."""
 
     @property
     def starts_at(self) -> float:
-        """Stamp of the first sample [s]; stamp 0 is midnight at Greenwich."""
+        """Stamp of the first sample [s]. Stamp 0 is midnight at Greenwich."""
 
 
 def knots_between(first_ns: int, last_ns: int, scene: AirySurroundings) -> IntArray:
-    """Return times every `AIR_KNOT_S`, some beyond the end of the scene but none after `last_ns`.
+    """Return times every `AIR_KNOT_S`, to `last_ns` at most.
 
-    So the temperature of an instant does not depend on the duration.
+    Some are after the end of the scene, as the temperature must not depend on the duration.
     """
     step = AIR_KNOT_S * NS_PER_S
     needed = scene.duration_ns + 2 * scene.log_interval_ns + 2 * step
@@ -108,12 +106,12 @@ def knots_between(first_ns: int, last_ns: int, scene: AirySurroundings) -> IntAr
 def implausible_celsius(key: str, celsius: float) -> Iterator[Problem]:
     """Yield a problem for a temperature [°C] that air cannot have."""
     if not COLDEST <= celsius <= WARMEST:
-        problem = f'must lie between {COLDEST:g} and {WARMEST:g} °C'
+        problem = f'must be between {COLDEST:g} and {WARMEST:g} °C'
         yield Problem(key, celsius, problem, in_celsius(celsius))
 
 
 def in_celsius(value: float) -> str:
-    """Return the advice for a number that is not a temperature of air in °C."""
+    """Return the remedy for a number that is not a temperature of air in °C."""
     if value < KELVIN_FROM:
         return 'Give it in degrees Celsius.'
     return f'Write {value - 273.15:.4g} if {value:g} is in kelvin.'
@@ -126,15 +124,14 @@ def in_celsius(value: float) -> str:
 class BoxTemperature:
     """Temperature in the box of the clock, at the logged instants of a scene with `air`.
 
-    Between two knots the air is a + b s + D cos(φ + ω s), s after the first of them; then the box
-    has the temperature (air.3)
+    At a time s after a knot the air is a + b s + D cos(φ + ω s), and the box (air.3)
 
         a + b (s − τ) + D (cos x + ω τ sin x)/(1 + ω² τ²) + c exp(−s/τ), x = φ + ω s.
 
     c makes it continuous. Before the first knot the mean is constant, and the box has settled.
 
     Raises:
-        SceneError: a route that cannot be sailed, as `Passage` says.
+        SceneError: a route that cannot be sailed (see `Passage`).
     """
 
     def __init__(self, scene: AirySurroundings) -> None:
@@ -145,7 +142,7 @@ class BoxTemperature:
         passage = None if scene.voyage is None else Passage(scene, scene.voyage)
         knots = [np.zeros(1, np.int64), at_ns]
         if air.diurnal and passage is not None:
-            # the longitude sets the hour of noon
+            # the longitude sets the time of noon
             knots.append(knots_between(passage.sails_ns, passage.arrives_ns, scene))
             knots.append(np.array(passage.places_ns, np.int64))
         knots_ns = np.unique(np.concatenate(knots))
@@ -180,10 +177,7 @@ class BoxTemperature:
                 offset = reached[index] + offset * decay[index] - forced[index + 1]
 
     def at(self, k: IntArray) -> FloatArray:
-        """Return the temperature [°C] at `starts_at` + k log intervals, k ≥ 0, (n,).
-
-        Each value depends on the scene and its own k alone.
-        """
+        """Return the temperature [°C] at `starts_at` + k log intervals, k ≥ 0, (n,)."""
         time_ns = k * self._interval_ns
         which = np.searchsorted(self._knots_ns, time_ns, 'right') - 1
         since = (time_ns - self._knots_ns[which]) / NS_PER_S
@@ -192,7 +186,7 @@ class BoxTemperature:
         return np.asarray(celsius)
 
     def _forced(self, which: IntArray, since: FloatArray) -> FloatArray:
-        """Return the part without c at times after some knots [s]."""
+        """Return the terms without c, at times after knots [s]."""
         steady = self._mean[which] + self._slope[which] * (since - self._lag_s)
         if not self._swing.any():
             return np.asarray(steady)
@@ -203,7 +197,7 @@ class BoxTemperature:
 
 
 def _each(function: Callable[[float], float], values: FloatArray) -> FloatArray:
-    """Return a function of each number: those of NumPy depend on the place in the array."""
+    """Return a function of each number. NumPy's functions depend on the index in the array."""
     return np.fromiter(map(function, values.tolist()), np.float64, len(values))
 
 
@@ -211,8 +205,8 @@ def _each(function: Callable[[float], float], values: FloatArray) -> FloatArray:
 # The mean temperature of the air over the sea by latitude and month (theory/air.md).
 #
 # Zonal means over the sea of the monthly maps of Recommendation ITU-R P.1510-1 (2017): the air 2 m
-# above the surface in the reanalysis ERA-Interim, 1979 to 2014, every 0.75 degrees. The values are
-# those between which straight lines fit the means of all parallels best.
+# above the surface in the reanalysis ERA-Interim, 1979 to 2014, every 0.75 degrees. Straight lines
+# between the values are a least-squares fit of the means of all parallels.
 
 ZONAL_LATITUDES = np.arange(-70.0, 81.0, 10.0)
 """Latitudes of the rows of `ZONAL_CELSIUS` [degrees north]."""
@@ -243,8 +237,8 @@ ZONAL_CELSIUS = np.array(
 def zonal_celsius(latitude_deg: FloatArray, year_part: FloatArray) -> FloatArray:
     """Return the climate's mean temperature over the sea [°C].
 
-    It is linear in latitude between the rows, constant beyond them, and linear in time between the
-    middles of the months, which are taken as equally long.
+    It is linear in latitude between the rows, constant beyond them, and linear in time between
+    mid-months, with months of equal length.
 
     Args:
         latitude_deg: latitudes [degrees north], (n,).
@@ -280,13 +274,13 @@ class ConstantAir(AirKind):
         return np.zeros(1, np.int64), np.array([self.celsius])
 
     def problems(self, scene: AirySurroundings) -> Iterator[Problem]:
-        """Yield a problem where no air is so cold or warm."""
+        """Yield a problem if no air is so cold or warm."""
         del scene
         yield from implausible_celsius('air.celsius', self.celsius)
 
 
 class AirAt(Section):
-    """The temperature of the air where the ship is at a place of the voyage."""
+    """The temperature of the air when the ship is at a place of the voyage."""
 
     waypoint: Annotated[int, Strict(), Field(ge=0)] = Field(
         description='number of a place of the voyage: 0 the departure, then the waypoints, then '
@@ -296,10 +290,10 @@ class AirAt(Section):
 
 
 class RouteAir(AirKind):
-    """Air by the places of the voyage; between them its temperature is linear in the time sailed.
+    """Air by the places of the voyage. Between them its temperature is linear in time.
 
-    Before the first place that is named and after the last one it is constant. Where no
-    temperature is given, it is the mean over the sea at the ship's latitude and in the month.
+    Before the first place in the list and after the last one it is constant. Without a list it is
+    the mean over the sea for the ship's latitude and the month.
     """
 
     rank = 1
@@ -308,12 +302,12 @@ class RouteAir(AirKind):
     kind: Literal['route'] = 'route'
     at: tuple[AirAt, ...] | None = Field(
         default=None,
-        description='list of {waypoint, celsius}, in the order of the voyage; when left out: by '
-        'latitude and month, from voyage.date',
+        description='list of {waypoint, celsius}, in the order of the voyage, by default the mean '
+        'for latitude and month, from voyage.date',
     )
 
     def knots(self, scene: AirySurroundings) -> tuple[IntArray, FloatArray]:
-        """Return the times at the named places, or of the climate, and the temperatures then."""
+        """Return the times at the listed places, or of the climate, and the temperatures."""
         assert scene.voyage is not None  # `problems`
         passage = Passage(scene, scene.voyage)
         if self.at is not None:
@@ -337,16 +331,15 @@ class RouteAir(AirKind):
                 voyage is None,
                 'air.kind',
                 self.kind,
-                'is the air by the places of a voyage, and the scene has none',
+                'is the air by the places of a voyage, and the scene has no voyage',
                 'Write `kind: constant, celsius: …` for a clock in harbour, or `voyage: …`.',
             ),
             (
                 at is None and voyage is not None and voyage.date is None,
                 'voyage.date',
                 ABSENT,
-                'is needed: air gives no temperatures, and voyage.date is missing, from which '
-                'latitude and month would follow',
-                'Write the day on which she sails, `date: 1761-11-18`, or `air.at: …`.',
+                'is needed for the mean temperature of the month, as air gives no temperatures',
+                'Write the day of departure, `date: 1761-11-18`, or `air.at: …`.',
             ),
             (at == (), 'air.at', ABSENT, 'is empty', 'Name at least one place.'),
         )
@@ -372,7 +365,7 @@ class RouteAir(AirKind):
 
 
 # -----------------------------------------------------------------------------
-# Air as it was recorded: a CSV file with the columns time_s or time_utc, and celsius.
+# Recorded air: a CSV file with the columns time_s or time_utc, and celsius.
 
 _SECONDS, _UTC, _CELSIUS = 'time_s', 'time_utc', 'celsius'
 _FORM = f'Give a CSV file with the columns {_SECONDS} or {_UTC}, and {_CELSIUS}.'
@@ -380,7 +373,7 @@ _Time = Annotated[float, Strict(), Field(ge=-LAST_STAMP_S, le=LAST_STAMP_S)]
 
 
 class AirRecordFile(AirKind):
-    """A record of the air from a CSV file; the scene that runs contains its rows.
+    """A record of the air in a CSV file, which the loaded scene contains.
 
     Its columns are `celsius`, and `time_s` from the start of the scene or `time_utc`, such as
     1761-11-18T12:00. Rows are in the order of their times.
@@ -390,8 +383,8 @@ class AirRecordFile(AirKind):
     path: OneLine = Field(description='CSV file of the record')
     begins: OneLine | None = Field(
         default=None,
-        description='with time_utc: UTC at the start of the scene; when left out it follows from '
-        'voyage.date, and without that it is the time of the first row',
+        description='with time_utc: UTC at the start of the scene, by default from voyage.date, '
+        'or without it the time of the first row',
     )
     longest_gap_hours: Positive = Field(
         default=24.0, description='longest time between two rows [h]'
@@ -401,12 +394,13 @@ class AirRecordFile(AirKind):
 def read_air(record: AirRecordFile) -> dict[str, Any]:
     """Return the keys of `air` with the rows of a record.
 
-    Temperatures that no air has, times that do not increase and longer gaps are refused, with the
-    line.
+    Raises:
+        SceneError: temperatures that no air has, times that do not increase, or long gaps, with
+            the line.
     """
     has_utc = _UTC in read_header(record.path, remedy=_FORM)
     if record.begins is not None and not has_utc:
-        problem = f'needs the column {_UTC}; {_SECONDS} counts from the start of the scene'
+        problem = f'needs the column {_UTC}, as {_SECONDS} counts from the start of the scene'
         raise SceneError(record.path, 'begins', record.begins, problem, 'Leave it out.')
     time = _UTC if has_utc else _SECONDS
     columns = (
@@ -418,7 +412,7 @@ def read_air(record: AirRecordFile) -> dict[str, Any]:
     wrong = np.flatnonzero((celsius < COLDEST) | (celsius > WARMEST))
     if wrong.size:
         row = int(wrong[0])
-        limits = f'must lie between {COLDEST:g} and {WARMEST:g} °C'
+        limits = f'must be between {COLDEST:g} and {WARMEST:g} °C'
         raise table.refusal(row, _CELSIUS, limits, in_celsius(celsius[row]))
     table.gaps(
         time,
@@ -442,9 +436,9 @@ def read_air(record: AirRecordFile) -> dict[str, Any]:
 
 
 class RecordAir(AirKind):
-    """Air as it was recorded; between the rows its temperature is linear.
+    """Recorded air, with a linear temperature between the rows.
 
-    A file is read when the scene is loaded; the scene that runs contains its rows.
+    A file is read when the scene is loaded, and the loaded scene contains its rows.
     """
 
     rank = 2
@@ -458,7 +452,7 @@ class RecordAir(AirKind):
     source: OneLine = Field(description='origin of the record')
     first_utc: OneLine | None = Field(
         default=None,
-        description='UTC of time 0; when left out, or without voyage.date, time 0 is the start of '
+        description='UTC of time 0. Without it, or without voyage.date, time 0 is the start of '
         'the scene',
     )
     time: tuple[_Time, ...] = Field(
@@ -473,7 +467,7 @@ class RecordAir(AirKind):
 
     @staticmethod
     def with_file_read(air: dict[str, Any], origin: str) -> dict[str, Any]:
-        """Return the keys with the rows of the file that `path` names, if one is named."""
+        """Return the keys with the rows of the file `path`, if there is one."""
         from tauto_core.ship.sea_files import section_read
 
         if air.get('kind') != 'record' or 'path' not in air:
@@ -487,7 +481,7 @@ class RecordAir(AirKind):
         return np.array(times, np.int64), np.array(self.celsius)
 
     def _ahead_s(self, scene: AirySurroundings) -> float:
-        """Return when the time 0 of the record is, from the start of the scene [s]."""
+        """Return the time 0 of the record, from the start of the scene [s]."""
         voyage = scene.voyage
         if self.first_utc is None or voyage is None or voyage.date is None:
             return 0.0
@@ -543,21 +537,20 @@ class RecordAir(AirKind):
 DEPARTS_S = 8.0 * DAY_S
 """Time in which a departure of the air from its mean falls to 1/e [s].
 
-Of the noons with a thermometer in 371 passages those withheld are predicted best so.
+It predicts withheld noon temperatures of 371 passages best.
 """
 
 
 def departures(time_s: FloatArray, values: FloatArray) -> FloatArray:
-    """Return departures of the air from its mean where some are known and the others nan [K].
+    """Return departures of the air from its mean [K], with the unknown ones estimated.
 
-    A departure that is not known is the expected one of a process that forgets within
-    `DEPARTS_S` (Ornstein and Uhlenbeck 1930), between its known neighbours: nearly linear in
-    time in a short gap, and none far from a thermometer (theory/logbooks.md). Neighbours
-    beyond the next say nothing.
+    An unknown departure is the expectation of an Ornstein–Uhlenbeck process (1930) of correlation
+    time `DEPARTS_S`, given its known neighbours: nearly linear in a short gap, and 0 far from a
+    thermometer (theory/logbooks.md).
 
     Args:
-        time_s: times in their order, whole numbers, so that their differences are exact [s], (n,).
-        values: departures [K], (n,).
+        time_s: increasing whole numbers, for exact differences [s], (n,).
+        values: departures, nan if unknown [K], (n,).
     """
     estimates, rows = np.zeros(len(time_s)), np.flatnonzero(~np.isnan(values))
     for index in range(len(time_s) if len(rows) else 0):
@@ -577,11 +570,11 @@ def departures(time_s: FloatArray, values: FloatArray) -> FloatArray:
 
 
 class LogAir(AirKind):
-    """Air by the thermometer of the voyage's log, from entry to entry linear in time.
+    """Air by the thermometer of the voyage's log, linear in time between entries.
 
-    Where an entry has no temperature, it is the mean over the sea at the latitude and in the
-    month, and a fading share of the departure from it at the next entries that have one. In the
-    harbour before the log the air is that of the first entry.
+    For an entry without a temperature it is the mean over the sea for latitude and month, plus a
+    fading share of the departure from it at the neighbouring readings. In the harbour before the
+    log the air has the temperature of the first entry.
     """
 
     rank = 3
@@ -606,12 +599,12 @@ class LogAir(AirKind):
         return np.array([nanoseconds(at) for at in log.at], np.int64), celsius
 
     def problems(self, scene: AirySurroundings) -> Iterator[Problem]:
-        """Yield a problem where the voyage has no log."""
+        """Yield a problem if the voyage has no log."""
         if scene.voyage is None or scene.voyage.log is None:
             yield Problem(
                 'air.kind',
                 self.kind,
-                'needs a log-book, and the voyage has none',
+                'needs a log-book, and the voyage has no log',
                 'Write `voyage: {log: {path: …, passage: …}}`, or another kind.',
             )
 

@@ -27,12 +27,12 @@ if TYPE_CHECKING:
 FOLDER = 'tauto_core.ship.weathers'
 
 LEAST_CHANGE_S = 600.0
-"""Shortest time in which one sea changes into another [s]. It is long compared with the waves, and
-the jump of the fourth derivative at its ends is below the rounding of the interpolation.
+"""Shortest time in which one sea changes into another [s]. It is long compared with the waves. The
+jump of the fourth derivative at its ends is below the rounding of the interpolation.
 """
 
 HIGHEST_M = 30.0
-"""Significant wave height [m] above any known sea."""
+"""Limit of significant wave height, above any known sea [m]."""
 
 
 @dataclass(frozen=True)
@@ -40,11 +40,11 @@ class WeatherState:
     """A sea that is fully established at an instant.
 
     Attributes:
-        at_ns: from the start of the scene, possibly before it.
-        sea: None: a calm.
+        at_ns: time from the start of the scene, possibly negative.
+        sea: the sea, or `None` in a calm.
         heading: direction in which the waves run, from the bow to port [rad].
         speed: speed of the ship [m/s].
-        key: the key of the scene that gives it, for error messages.
+        key: the scene's key, for error messages.
         swell: a second sea at the same time, with its own heading, and so on.
     """
 
@@ -63,13 +63,13 @@ class WeatherState:
 
     @property
     def alone(self) -> tuple[WeatherState, ...]:
-        """The state with each of its seas alone."""
+        """A state for each of its seas."""
         if self.swell is None:
             return (self,)
         return (replace(self, swell=None), *self.swell.alone)
 
     def goes_on(self, previous: WeatherState) -> bool:
-        """Return whether nothing has changed since the previous state."""
+        """Return whether the seas are the same as in the previous state."""
         if self.swell is not None or previous.swell is not None:
             ours, theirs = self.alone, previous.alone
             return len(ours) == len(theirs) and all(map(WeatherState.goes_on, ours, theirs))
@@ -78,7 +78,7 @@ class WeatherState:
 
 
 class WeatherKind(Kind):
-    """How the sea changes. Each kind is a module of `ship/weathers` and names its model `KIND`."""
+    """How the sea changes."""
 
     spectrum: Literal['bretschneider', 'jonswap'] = Field(
         default='bretschneider', description='spectrum of the seas: bretschneider or jonswap'
@@ -92,8 +92,8 @@ class WeatherKind(Kind):
     cutoff: Cutoff | None = Field(default=None, description=CUTOFF_MEANS)
     follow_route: Flag = Field(
         default=False,
-        description='true: the speed is that of the voyage, and where the direction of the waves '
-        'is known the heading follows from the course made good',
+        description='true: the voyage sets the speed, and its course made good the heading if the '
+        'direction of the waves is known',
     )
     kind: str
 
@@ -101,10 +101,10 @@ class WeatherKind(Kind):
         """Return the states in the order of their times.
 
         Args:
-            setting: scene and ship, against which times, headings and speeds are resolved.
+            setting: scene and ship.
 
         Raises:
-            SceneError: weather that does not go with the scene.
+            SceneError: the weather does not suit the scene.
         """
         raise NotImplementedError
 
@@ -112,16 +112,16 @@ class WeatherKind(Kind):
         """Yield the contradictions between its keys.
 
         Args:
-            rate_hz: samples of the motion a second.
+            rate_hz: samples of the motion per second.
         """
         return iter(())
 
     def facts(self) -> dict[str, object]:
-        """Return facts about the weather for reports, besides its states."""
+        """Return facts about the weather for reports, in addition to its states."""
         return {}
 
     def warnings(self, setting: WeatherSetting) -> tuple[str, ...]:
-        """Return warnings about it for the user before sailing."""
+        """Return warnings for the user."""
         return ()
 
 
@@ -130,11 +130,11 @@ class WeatherSetting:
     """Scene and ship for which the states of a weather are computed.
 
     Attributes:
-        scene: the scene of the weather.
-        weather: the weather.
+        scene: the scene.
+        weather: its weather.
         heading: default heading of the waves [rad].
         speed: default speed of the ship [m/s].
-        length: of her hull [m]; None: she has none.
+        length: length of the hull [m], or `None` for a ship without a hull.
     """
 
     scene: Surroundings
@@ -145,26 +145,26 @@ class WeatherSetting:
 
     @cached_property
     def passage(self) -> Passage | None:
-        """The voyage; None where there is none."""
+        """The passage of the scene's voyage, if any."""
         from tauto_core.ship.passage import Passage
 
         voyage = self.scene.voyage
         return None if voyage is None else Passage(self.scene, voyage)
 
     def passage_for(self, key: str, value: object) -> Passage:
-        """Return the voyage that a key needs.
+        """Return the passage that a key needs.
 
         Raises:
-            SceneError: there is none.
+            SceneError: the scene has no voyage.
         """
         if self.passage is None:
-            problem = 'needs a voyage, and the scene has none'
+            problem = 'needs a voyage, and the scene has no voyage'
             remedy = 'Write `voyage: …`, or give times, headings and speeds in numbers.'
             raise SceneError(self.scene.name, key, value, problem, remedy)
         return self.passage
 
     def time_of_place(self, place: int, key: str) -> int:
-        """Return the time at which the ship is at a place of the voyage [ns].
+        """Return the time of a place of the voyage [ns].
 
         Args:
             place: 0 the departure, then the waypoints, then the arrival.
@@ -204,12 +204,12 @@ class WeatherSetting:
             at_ns: time at which it is fully established.
             height: significant wave height [m].
             period: period of the peak [s].
-            key: the key that gives it.
-            spectrum: the spectrum of this sea, where it is not that of the weather.
+            key: the scene's key, for error messages.
+            spectrum: the spectrum, by default the weather's.
             heading: direction in which the waves run, from the bow to port [rad].
             waves_to: the same from north to the east [rad], for `follow_route`.
-            speed: speed of the ship [m/s], where the route is not followed.
-            cutoff: that of this sea, where neither the weather nor the hull sets it.
+            speed: speed of the ship [m/s], without `follow_route`.
+            cutoff: cutoff of the spectrum, unless the weather gives it.
 
         Raises:
             SceneError: a sea higher than any known, or no voyage to follow.
@@ -243,7 +243,7 @@ class WeatherSetting:
 
 
 def checked(states: Sequence[WeatherState], scene: Surroundings) -> tuple[WeatherState, ...]:
-    """Return the states; a `SceneError` where times do not increase, or a change is too quick."""
+    """Return the states. Raise `SceneError` if times do not increase or a change is too quick."""
     for previous, state in pairwise(states):
         apart_s = (state.at_ns - previous.at_ns) / NS_PER_S
         if apart_s <= 0.0:
@@ -252,7 +252,7 @@ def checked(states: Sequence[WeatherState], scene: Surroundings) -> tuple[Weathe
             remedy = 'Give the states in the order of their times.'
             raise SceneError(scene.name, state.key, ABSENT, problem, remedy)
         if apart_s < LEAST_CHANGE_S and not state.goes_on(previous):
-            problem = f'comes {apart_s:g} s after the state before; a sea takes at least '
+            problem = f'comes {apart_s:g} s after the state before, and a sea takes at least '
             problem += f'{LEAST_CHANGE_S:g} s to turn into another'
             raise SceneError(scene.name, state.key, ABSENT, problem, 'Put them further apart.')
     return tuple(states)
@@ -263,7 +263,7 @@ def checked(states: Sequence[WeatherState], scene: Surroundings) -> tuple[Weathe
 
 
 def sums_of(states: Sequence[WeatherState]) -> tuple[int, ...]:
-    """Return the number of each state's sum of harmonics, which equal states in a row share."""
+    """Return the index of each state's sum of harmonics. Equal consecutive states share one."""
     sums = [0]
     for number, (previous, state) in enumerate(pairwise(states), 1):
         sums.append(sums[-1] if state.goes_on(previous) else number)
@@ -273,7 +273,7 @@ def sums_of(states: Sequence[WeatherState]) -> tuple[int, ...]:
 def fades_of(
     states: Sequence[WeatherState], motions_of: Callable[[int], Sequence[Harmonics]], count: int
 ) -> list[Fades]:
-    """Return `count` motions that change from state to state, by the number of the state."""
+    """Return `count` motions that change from state to state."""
     at_ns, sums = tuple(state.at_ns for state in states), sums_of(states)
     memo = lru_cache(maxsize=4)(motions_of)
 
@@ -284,7 +284,7 @@ def fades_of(
 
 
 def seas_at_once(states: Sequence[WeatherState], duration_ns: int) -> float:
-    """Return the average number of seas that are summed at an instant of the scene: 0 to 2."""
+    """Return the average number of seas that are summed at an instant of the scene, 0 to 2."""
     edges = np.array([0, *(state.at_ns for state in states), duration_ns])
     lengths = np.diff(np.clip(edges, 0, max(duration_ns, 1)))
     sums = sums_of(states)
@@ -295,10 +295,9 @@ def seas_at_once(states: Sequence[WeatherState], duration_ns: int) -> float:
 
 
 def told(states: Sequence[WeatherState]) -> list[dict[str, Any]]:
-    """Return the states as rows of numbers; for a calm the height is 0 and the rest None.
+    """Return the states as rows of numbers. A calm has height 0 and `None` for the rest.
 
-    Height and period of a state with several seas are those of the first, and `swells` has the
-    others.
+    A state with several seas has the first in its row, and the others in `swells`.
     """
 
     def row(state: WeatherState) -> dict[str, Any]:
@@ -324,7 +323,7 @@ _OF_WAVES = ('significant_wave_height', 'peak_period', 'spectrum', 'heading', 'w
 
 
 class SeaState(Section):
-    """A sea that is fully established at an instant; it builds up from the state before."""
+    """A sea that is fully established at an instant. It builds up from the state before."""
 
     at: SceneTime | None = Field(default=None, description='time from the start [s]')
     waypoint: Annotated[int, Strict(), Field(ge=0)] | None = Field(
@@ -340,12 +339,12 @@ class SeaState(Section):
         default=None, description='period of the spectral peak [s]'
     )
     spectrum: Literal['bretschneider', 'jonswap'] | None = Field(
-        default=None, description='bretschneider or jonswap, that of the weather when left out'
+        default=None, description="bretschneider or jonswap, by default the weather's spectrum"
     )
     heading: Heading | None = Field(
         default=None,
-        description='direction in which the waves run, from the bow to port [rad]; ship.heading '
-        'when left out',
+        description='direction in which the waves run, from the bow to port, by default '
+        'ship.heading [rad]',
     )
     waves_to: Heading | None = Field(
         default=None,
@@ -353,15 +352,15 @@ class SeaState(Section):
         '[rad]',
     )
     speed: Annotated[float, Strict(), Field(ge=0.0, le=50.0)] | None = Field(
-        default=None, description='speed of the ship [m/s]; ship.speed when left out'
+        default=None, description='speed of the ship, by default ship.speed [m/s]'
     )
 
     def problems(self, key: str, rate_hz: float, *, follow_route: bool) -> Iterator[Problem]:
         """Yield the contradictions between its keys.
 
         Args:
-            key: its own key.
-            rate_hz: samples of the motion a second.
+            key: the state's key.
+            rate_hz: samples of the motion per second.
             follow_route: whether the weather follows the route of the voyage.
         """
         if (self.at is None) == (self.waypoint is None):
@@ -394,7 +393,7 @@ class SeaState(Section):
                 waves_to is not None and turned,
                 f'{key}.waves_to',
                 waves_to,
-                'does not go with heading: either says where the waves run to',
+                'does not go with heading: either gives the direction of the waves',
                 'Leave one of them out.',
             ),
             (
@@ -417,8 +416,8 @@ class SeaState(Section):
 class StatesWeather(WeatherKind):
     """Seas at given times, each changing gradually into the next.
 
-    A change takes the whole time between two states. Where two states in a row are equal, the sea
-    does not change between them, nor does it before the first state and after the last.
+    A change takes the whole time between two states. The sea is constant before the first state,
+    after the last, and between equal states.
     """
 
     rank = 1
@@ -435,7 +434,7 @@ class StatesWeather(WeatherKind):
     )
 
     def resolved(self, setting: WeatherSetting) -> tuple[WeatherState, ...]:
-        """Return the states as they are listed."""
+        """Return the listed states."""
         states = []
         for index, state in enumerate(self.states):
             key = f'ship.weather.states[{index}]'
@@ -466,7 +465,7 @@ class StatesWeather(WeatherKind):
             yield Problem(
                 'ship.weather.states',
                 ABSENT,
-                'has no waves: nothing moves',
+                'has no waves, so the ship does not move',
                 'Give a state with waves, or use ship kind still.',
             )
         for index, state in enumerate(self.states):
@@ -492,7 +491,7 @@ _Time = Annotated[float, Strict(), Field(ge=-LAST_STAMP_S, le=LAST_STAMP_S)]
 class RecordWeather(WeatherKind):
     """Seas measured by a buoy, each row changing gradually into the next.
 
-    The file is read when the scene is loaded; the scene that runs contains its rows.
+    The file is read when the scene is loaded, and the loaded scene contains its rows.
     """
 
     rank = 2
@@ -524,8 +523,8 @@ class RecordWeather(WeatherKind):
     )
     rows_without_direction: Annotated[int, Strict(), Field(ge=0)] = Field(
         default=0,
-        description='with follow_route: number of rows without a direction; they are left out, '
-        'or, if no row has one, all waves have the heading of the ship (ship.heading)',
+        description='with follow_route: number of rows without a direction, which are left out. '
+        'If no row has a direction, all waves have the heading ship.heading',
     )
 
     def resolved(self, setting: WeatherSetting) -> tuple[WeatherState, ...]:
@@ -556,7 +555,7 @@ class RecordWeather(WeatherKind):
         )
 
     def problems(self, rate_hz: float) -> Iterator[Problem]:
-        """Yield the problems of its lists; the rate is checked once the speed is known."""
+        """Yield the problems of its lists. The rate is checked once the speed is known."""
         if not self.time:
             yield Problem('ship.weather.time', ABSENT, 'is empty', 'Give at least one row.')
         for name in ('significant_wave_height', 'peak_period', 'waves_to'):
@@ -578,14 +577,14 @@ class RecordWeather(WeatherKind):
         }
 
     def warnings(self, setting: WeatherSetting) -> tuple[str, ...]:
-        """Return a warning of rows without a direction where the route is followed."""
+        """Return a warning of rows without a direction if the route is followed."""
         number = self.rows_without_direction
         if not number:
             return ()
         text = f'ship.weather: {counted(number, "row")} of {self.source} without a direction '
         if self.waves_to is None:
             return (
-                f'{text}and none with one: all waves have the heading of ship.heading. Fill in '
+                f'{text}and no row with one: all waves have the heading ship.heading. Fill in '
                 'the directions, or set follow_route: false.',
             )
         return (f'{text}left out, since the heading of the waves follows from it.',)

@@ -24,11 +24,9 @@ from tauto_core.ship.weathers import (
 )
 
 # -----------------------------------------------------------------------------
-# Wave climates with their sources.
-#
-# From a record of hourly significant wave heights Hs: the median is exp⟨ln Hs⟩, the deviation is
-# that of ln Hs, and the correlation time τ follows from exp(−24 h/τ) = the autocorrelation of
-# ln Hs at a lag of a day.
+# Wave climates, from records of hourly significant wave heights Hs: the median is exp⟨ln Hs⟩, the
+# deviation the standard deviation of ln Hs, and exp(−24 h/τ) with the correlation time τ the
+# autocorrelation of ln Hs at a lag of a day.
 
 HOUR_S = DAY_S / 24.0
 
@@ -41,8 +39,8 @@ class Climate(NamedTuple):
         log_deviation: standard deviation of their logarithm.
         correlation_time: correlation time of the logarithm [s].
         steepness: significant steepness s_p = 2π Hs/(g Tp²).
-        waves_to: direction in which the waves run, from north to the east [rad]; None: not known.
-        source: source of these numbers.
+        waves_to: direction in which the waves run, from north to the east, if known [rad].
+        source: source of the numbers.
     """
 
     median_wave_height: float
@@ -68,7 +66,7 @@ CLIMATES = {
         median_wave_height=1.31,
         log_deviation=0.30,
         correlation_time=70.0 * HOUR_S,
-        # that of a fully developed sea (Pierson and Moskowitz, J. Geophys. Res. 69, 1964):
+        # of a fully developed sea (Pierson and Moskowitz, J. Geophys. Res. 69, 1964):
         # Hs = 0.209 U²/g and Tp = 7.16 U/g at any wind U
         steepness=0.0256,
         waves_to=math.radians(267.0),
@@ -82,7 +80,7 @@ CLIMATES = {
 # -----------------------------------------------------------------------------
 # The kind of weather: regions, port, and the states that the seed draws.
 
-# Stream of random numbers from the seed, separate from those of the seas and the dial's noise.
+# Stream of random numbers from the seed, separate from the seas' and the dial noise's streams.
 _STREAM = 0x636C696D
 _NUMBERS = ('median_wave_height', 'log_deviation', 'correlation_time', 'steepness')
 _Height = Annotated[float, Strict(), Field(gt=0.0, le=HIGHEST_M)]
@@ -93,7 +91,7 @@ class Region(Section):
 
     at: SceneTime | None = Field(
         default=None,
-        description='time from the start at which the region begins [s]; not needed for the first',
+        description='time from the start at which the region begins, optional for the first [s]',
     )
     waypoint: Annotated[int, Strict(), Field(ge=0)] | None = Field(
         default=None,
@@ -102,7 +100,7 @@ class Region(Section):
     )
     climate: Literal['north_atlantic_winter', 'trades'] | None = Field(
         default=None,
-        description='north_atlantic_winter or trades: gives the numbers that are left out below',
+        description='north_atlantic_winter or trades, which gives the numbers left out below',
     )
     median_wave_height: _Height | None = Field(
         default=None, description='median significant wave height [m]'
@@ -124,7 +122,7 @@ class Region(Section):
     )
 
     def resolved(self) -> Climate:
-        """Return all numbers, its own where given, otherwise those of the known climate."""
+        """Return the climate's numbers, replaced by the region's own."""
         climate = CLIMATES[self.climate]._asdict() if self.climate is not None else {}
         numbers = {name: getattr(self, name) for name in (*_NUMBERS, 'waves_to')}
         values = {name: value for name, value in numbers.items() if value is not None}
@@ -132,7 +130,7 @@ class Region(Section):
 
 
 class Port(Section):
-    """The sea in port, before the ship sails and after her arrival."""
+    """The sea in port, before departure and after arrival."""
 
     still: Flag = Field(default=False, description='true: no waves')
     significant_wave_height: _Height | None = Field(
@@ -149,8 +147,8 @@ class Port(Section):
 class ClimateWeather(WeatherKind):
     """Seas drawn from the scene's seed: significant wave height Hs and peak period.
 
-    ln Hs is a Gauss–Markov process, whose autocorrelation after a time d is
-    exp(−d/correlation_time). The peak period follows from the height and the steepness.
+    ln Hs is a Gauss–Markov process with the autocorrelation exp(−d/correlation_time) after a time
+    d. The peak period follows from the height and the steepness.
     """
 
     rank = 3
@@ -166,14 +164,14 @@ class ClimateWeather(WeatherKind):
     port: Port | None = Field(
         default=None,
         description='mapping: still, or significant_wave_height, peak_period and heading: the '
-        'sea in the ports of the voyage; when left out the climate holds there too',
+        'sea in the ports of the voyage, by default the sea of the climate',
     )
 
     def resolved(self, setting: WeatherSetting) -> tuple[WeatherState, ...]:
         """Return the states that the seed draws."""
         scene = setting.scene
         begin_ns, step_ns = 0, nanoseconds(self.interval)
-        # the state that follows the end too: the sea of a scene does not depend on its duration
+        # one state after the end, as the sea must not depend on the duration
         end_ns = scene.duration_ns + step_ns
         sea_ns, port = 0, self.port
         if port is not None:
@@ -192,7 +190,7 @@ class ClimateWeather(WeatherKind):
             climate = self.regions[number].resolved()
             decay = math.exp(-self.interval / climate.correlation_time) if index else 0.0
             departure = decay * departure + math.sqrt(1.0 - decay * decay) * drawn
-            # ln Hs departs from its mean by so many deviations
+            # departure of ln Hs from its mean, in deviations
             height = climate.median_wave_height * math.exp(climate.log_deviation * departure)
             period = math.sqrt(math.tau * height / (scene.g * climate.steepness))
             key = f'ship.weather.regions[{number}]'
@@ -211,7 +209,7 @@ class ClimateWeather(WeatherKind):
         return (*in_harbour, *states, in_port(passage.arrives_ns))
 
     def _begins_ns(self, setting: WeatherSetting) -> list[int]:
-        """Return when the regions begin, from the start of the scene."""
+        """Return the times at which the regions begin [ns]."""
         times: list[int] = []
         for index, region in enumerate(self.regions):
             key = f'ship.weather.regions[{index}]'
@@ -222,13 +220,13 @@ class ClimateWeather(WeatherKind):
                 begins = setting.time_of_place(region.waypoint, f'{key}.waypoint')
             if times and begins <= times[-1]:
                 problem = f'begins at {begins / NS_PER_S:g} s, not later than the region before'
-                remedy = 'Give the regions in the order of the way.'
+                remedy = 'Give the regions in the order of the route.'
                 raise SceneError(setting.scene.name, key, ABSENT, problem, remedy)
             times.append(begins)
         return times
 
     def problems(self, rate_hz: float) -> Iterator[Problem]:
-        """Yield the keys missing in the regions and the port."""
+        """Yield the contradictions in the regions and the port."""
         if not self.regions:
             yield Problem('ship.weather.regions', ABSENT, 'is empty', 'Give at least one region.')
         for index, region in enumerate(self.regions):

@@ -1,4 +1,4 @@
-"""Weather grown from the winds along a voyage, of a log or a hindcast (logbooks.md)."""
+"""Weather along a voyage, grown from the winds of a log or read from a hindcast (logbooks.md)."""
 
 from __future__ import annotations
 
@@ -31,23 +31,23 @@ from tauto_core.wording import counted
 # Wilson's growth of a wind sea (1965) in Goda's form (2003).
 
 LARGEST_FETCH_M = 1e6
-"""Longest way over which a wind sea grows: an assumption [m]."""
+"""Longest fetch of a wind sea, an assumption [m]."""
 
 DECAY_HOURS = 36.0
-"""Time in which a swell falls to 1/e of its height: an assumption [h]."""
+"""Time in which a swell falls to 1/e of its height, an assumption [h]."""
 
 SAME_WIND_DEG = 45.0
-"""Turn of the wind from which on the sea before is a swell [degrees]."""
+"""Turn of the wind above which the old sea becomes a swell [degrees]."""
 
 PEAK_FACTOR = 1.05
 """Period of the peak over the significant period (Goda)."""
 
 RIPPLES_M = 0.02
-"""Seas below this significant height are taken as calm [m]."""
+"""Seas below this significant height are calm [m]."""
 
 
 def highest_m(wind: float) -> float:
-    """Return the significant height that a wind [m/s] carries, 0.30 U²/g [m]."""
+    """Return the fully developed significant height for a wind [m/s], 0.30 U²/g [m]."""
     return 0.30 * wind * wind / STANDARD_GRAVITY
 
 
@@ -68,17 +68,17 @@ def grown(fetch_m: float, wind: float) -> tuple[float, float]:
 
 
 def fetch_of_hours(hours: float, wind: float) -> float:
-    """Return the fetch [m] that counts after so many hours, by t = F[km]^0.73 U^−0.46."""
+    """Return the effective fetch [m] after a duration [h], by t = F[km]^0.73 U^−0.46."""
     return float(1e3 * (hours * wind**0.46) ** (1.0 / 0.73))
 
 
 def hours_of_fetch(fetch_m: float, wind: float) -> float:
-    """Return the hours after which a fetch [m] counts."""
+    """Return the duration [h] with this effective fetch [m]."""
     return float((fetch_m / 1e3) ** 0.73 * wind**-0.46)
 
 
 def fetch_of_height(height: float, wind: float) -> float:
-    """Return the fetch [m] that makes a height [m], which the wind [m/s] must carry."""
+    """Return the fetch [m] for a height [m] below `highest_m` of the wind [m/s]."""
     part = 1.0 - height / highest_m(wind)
     return float(((part**-0.5 - 1.0) / 0.004) ** 2 * wind * wind / STANDARD_GRAVITY)
 
@@ -97,17 +97,17 @@ NO_SEA = WindSea(0.0, 0.0, 0.0)
 def grown_seas(
     hours: Sequence[float], winds: Sequence[float], winds_from: Sequence[float]
 ) -> list[tuple[WindSea, WindSea]]:
-    """Return the wind sea and the swell at some times, from the winds of a log.
+    """Return the wind sea and the swell at the times of a log's winds.
 
-    The wind of a time has blown since the time before. A sea grows on from the fetch that would
-    have made it (Wilson's equivalent fetch) if the wind blows within `SAME_WIND_DEG` of it and can
-    carry it; else it is a swell from the time before on. A new swell is added in energy to what
-    is left of the old, with period and direction of the higher.
+    A wind has blown since the previous time. If it is within `SAME_WIND_DEG` of the sea and can
+    raise a higher one, the sea grows on from its equivalent fetch (Wilson). Otherwise the old sea
+    becomes a swell at the previous time. Its energy is added to the decayed old swell. The sum has
+    period and direction of the higher one.
 
     Args:
-        hours: times in their order [h].
+        hours: increasing times [h].
         winds: U [m/s].
-        winds_from: directions from which it blows [degrees].
+        winds_from: directions from which the winds blow [degrees].
     """
     seas: list[tuple[WindSea, WindSea]] = []
     sea, swell = NO_SEA, NO_SEA
@@ -135,14 +135,14 @@ def grown_seas(
 # The kind of weather.
 
 LEAVES_HARBOUR_S = 3600.0
-"""Time in which the sea of the first entry builds up as she leaves the harbour [s]."""
+"""Time in which the sea of the first entry builds up at departure [s]."""
 
 TURN_S = 300.0
-"""Time before and after an entry at which she still has the old course, and has the new one."""
+"""Half of the time of a change of course about an entry [s]."""
 
 
 class BackgroundSwell(Section):
-    """A swell from afar, which the log does not record, on the whole passage."""
+    """A distant swell on the whole passage, which the log does not record."""
 
     significant_wave_height: Annotated[float, Strict(), Field(gt=0.0, le=HIGHEST_M)] = Field(
         description='significant wave height, at most 30 [m]'
@@ -154,11 +154,11 @@ class BackgroundSwell(Section):
 
 
 class LogWeather(WeatherKind):
-    """Seas grown from the wind of the voyage's log: a wind sea, and beside it a swell.
+    """Seas grown from the wind of the voyage's log: a wind sea and a swell.
 
-    Each has its direction. From entry to entry each changes gradually; at an entry she turns to
-    her next course. In the harbour before the log the water is still. With a hull, waves below a
-    tenth of her length are left out of a young sea, and so is a whole sea with its peak there.
+    Each has its direction and changes gradually from entry to entry. At an entry the ship turns to
+    the next course. In the harbour before the log the water is still. With a hull, waves shorter
+    than a tenth of its length are left out, and so is a sea with its peak there.
     """
 
     rank = 4
@@ -167,25 +167,24 @@ class LogWeather(WeatherKind):
     kind: Literal['log'] = 'log'
     follow_route: Flag = Field(
         default=True,
-        description='true: speed and heading are those of the log; false: those of ship.speed and '
-        'ship.heading',
+        description='true: speed and heading by the log, false: by ship.speed and ship.heading',
     )
     background_swell: BackgroundSwell | None = Field(
         default=None,
-        description='mapping: significant_wave_height, peak_period, waves_to: a swell from afar, '
-        'beside what the wind of the log makes',
+        description='mapping: significant_wave_height, peak_period, waves_to: a distant swell, in '
+        "addition to the log's seas",
     )
 
     def resolved(self, setting: WeatherSetting) -> tuple[WeatherState, ...]:
         """Return the states before and after each entry that has a wind.
 
         Raises:
-            SceneError: no log, or one without winds.
+            SceneError: the voyage has no log, or the log no winds.
         """
         scene = setting.scene
         log = None if scene.voyage is None else scene.voyage.log
         if log is None:
-            problem = 'needs a log-book, and the voyage has none'
+            problem = 'needs a log-book, and the voyage has no log'
             remedy = 'Write `voyage: {log: {path: …, passage: …}}`.'
             raise SceneError(scene.name, 'ship.weather.kind', self.kind, problem, remedy)
         windy = [number for number, entry in enumerate(log.entries) if has_wind(entry)]
@@ -212,7 +211,7 @@ class LogWeather(WeatherKind):
     def _state(
         self, setting: WeatherSetting, at_ns: int, seas: Sequence[WindSea], key: str
     ) -> WeatherState:
-        """Return the state of one time: the wind sea, with the swells beside it."""
+        """Return the state at a time: the wind sea and the swells."""
         towards = [
             (sea.height, sea.period, math.radians(sea.runs_from + 180.0) % math.tau)
             for sea in seas
@@ -223,7 +222,7 @@ class LogWeather(WeatherKind):
         return state_of_seas(setting, at_ns, towards, key)
 
     def warnings(self, setting: WeatherSetting) -> tuple[str, ...]:
-        """Return warnings: values assumed, and legs too fast for her hull's data."""
+        """Return warnings of assumed values, and of legs too fast for the hull's data."""
         voyage = setting.scene.voyage
         log = None if voyage is None else voyage.log
         if log is None:
@@ -238,20 +237,20 @@ class LogWeather(WeatherKind):
         fast = sum(passage.speed_m_s(at) > limit for at in legs)
         if fast:
             texts.append(
-                f'voyage.log: on {counted(fast, "leg")} she makes more than {limit:.3g} m/s over '
-                'the ground, for which the answer of her hull is not known: there she meets the '
-                'waves at that speed'
+                f'voyage.log: on {counted(fast, "leg")} the ship makes more than {limit:.3g} m/s '
+                'over the ground, the fastest for which the response of its hull is known. It '
+                'meets the waves at that speed there'
             )
         return tuple(texts)
 
     def problems(self, rate_hz: float) -> Iterator[Problem]:
-        """Yield the problems of the swell from afar."""
+        """Yield the problems of the distant swell."""
         if self.background_swell is not None:
             key = 'ship.weather.background_swell.peak_period'
             yield from sampled(key, self.background_swell.peak_period, rate_hz)
 
     def facts(self) -> dict[str, object]:
-        """Return the swell from afar."""
+        """Return the height of the distant swell."""
         swell = self.background_swell
         return {} if swell is None else {'background_swell_m': swell.significant_wave_height}
 
@@ -259,21 +258,21 @@ class LogWeather(WeatherKind):
 def state_of_seas(
     setting: WeatherSetting, at_ns: int, seas: Sequence[tuple[float, float, float]], key: str
 ) -> WeatherState:
-    """Return the state of one time with several seas, the first with the others beside it.
+    """Return the state at a time with several seas, the first with the others as `swell`.
 
     Args:
         setting: scene and ship.
         at_ns: the time.
         seas: significant height [m], period of the peak [s], and direction in which it runs, from
             north to the east [rad], of each.
-        key: the key that gives them.
+        key: the scene's key.
     """
     weather, state = setting.weather, None
     for height, period, waves_to in reversed(seas):
         moves_her = math.inf if setting.length is None else still_from(setting.length, period)
         if moves_her < 1.0:
             continue
-        # of a young sea a hull only feels the longer waves, whose spectrum stays as it is
+        # in a young sea only the longer waves move the hull, and their spectrum stays the same
         cutoff, size = None, height
         if moves_her < CUTOFF and weather.cutoff is None:
             cutoff = max(moves_her, LEAST_CUTOFF)
@@ -284,7 +283,7 @@ def state_of_seas(
 
 
 def fastest_m_s(setting: WeatherSetting) -> float:
-    """Return the speed up to which the answer of the hull to waves is known [m/s]."""
+    """Return the speed up to which the hull's response to waves is known [m/s]."""
     if setting.length is None:
         return math.inf
     from tauto_core.ship.hull import MOST_FROUDE
@@ -301,7 +300,7 @@ _Height = Annotated[float, Strict(), Field(gt=0.0, le=HIGHEST_M)]
 class HindcastWeather(WeatherKind):
     """Seas along the voyage from a hindcast, each row changing gradually into the next.
 
-    The file is read when the scene is loaded; the scene that runs contains the rows. In the
+    The file is read when the scene is loaded, and the loaded scene contains its rows. In the
     harbours before and after the passage the water is still.
     """
 
@@ -316,8 +315,7 @@ class HindcastWeather(WeatherKind):
     kind: Literal['hindcast'] = 'hindcast'
     follow_route: Flag = Field(
         default=True,
-        description='true: speed and heading are those of the voyage; false: those of ship.speed '
-        'and ship.heading',
+        description='true: speed and heading by the voyage, false: by ship.speed and ship.heading',
     )
     source: OneLine = Field(description='origin of the rows')
     time: Annotated[tuple[SceneTime, ...], Field(min_length=1)] = Field(
@@ -345,13 +343,13 @@ class HindcastWeather(WeatherKind):
         )
 
     def problems(self, rate_hz: float) -> Iterator[Problem]:
-        """Yield the problems of its lists; the rate is checked once the speed is known."""
+        """Yield the problems of its lists. The rate is checked once the speed is known."""
         if len(self.seas) != len(self.time):
             problem = f'has {len(self.seas)} rows for {len(self.time)} times'
             yield Problem('ship.weather.seas', ABSENT, problem, 'Give one for each time.')
         elif not any(self.seas):
-            remedy = 'Use ship kind still.'
-            yield Problem('ship.weather.seas', ABSENT, 'has no waves: nothing moves', remedy)
+            problem = 'has no waves, so the ship does not move'
+            yield Problem('ship.weather.seas', ABSENT, problem, 'Use ship kind still.')
 
     def facts(self) -> dict[str, object]:
         """Return the source."""
