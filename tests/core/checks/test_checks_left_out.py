@@ -207,7 +207,7 @@ def test_the_mode_of_a_wheel_in_a_case_on_an_axle_solves_the_printed_equations()
 
 
 def test_the_mass_of_a_hung_case_is_refused_with_what_to_do_instead() -> None:
-    with pytest.raises(SceneError, match='is a key no more') as caught:
+    with pytest.raises(SceneError, match='is no longer a key') as caught:
         tauto.load('second_cam_at_sea', suspension=GIMBALS | {'mass': 10.0})
     assert caught.value.key == 'suspension.mass'
     assert 'tauto scene check' in str(caught.value)

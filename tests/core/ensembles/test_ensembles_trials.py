@@ -288,7 +288,7 @@ NO_WIND = [f'{",".join(row.split(",")[:8])},,,' for row in OTHERS if '17910701' 
         (
             LOG.replace('1770-01-02T12:00,46.55,-8.0', '1770-01-02T12:00,36.55,-8.0'),
             'passage 17700101-2, row 2 (line 6), latitude',
-            'nautical miles from the entry before',
+            'nautical miles from the previous entry',
         ),
     ],
 )

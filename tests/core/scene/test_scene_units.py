@@ -94,7 +94,7 @@ def test_a_text_is_the_number_in_the_unit_that_is_asked(text: str, unit: str) ->
         ('5e mm', 'm', "'e mm' is not a known unit; did you mean mm?", 'mm'),
         ('5 m99', 'm', "'m99' is not a known unit; did you mean m?", 'mm'),
         ('5,5 mm', 'm', 'has a decimal comma', 'Write 5.5 mm.'),
-        ('1e999 m', 'm', 'is beyond what a number can hold in m', 'm'),
+        ('1e999 m', 'm', 'is too large for a number in m', 'm'),
     ],
 )
 def test_what_does_not_fit_is_told(text: str, unit: str, problem: str, remedy: str) -> None:

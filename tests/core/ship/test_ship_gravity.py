@@ -126,7 +126,7 @@ def test_gravity_is_normal_on_a_voyage_and_a_number_elsewhere(tmp_path: Path) ->
 
 
 def test_normal_gravity_needs_a_voyage() -> None:
-    with pytest.raises(SceneError, match='no voyage that gives one') as caught:
+    with pytest.raises(SceneError, match='latitude, and there is no voyage') as caught:
         load_scene('ideal', gravity='normal')
     assert caught.value.key == 'gravity'
 

@@ -97,7 +97,7 @@ def test_compressed_files_and_letters_of_one_byte_are_read_too(tmp_path):
     ('old', 'new', 'where', 'what'),
     [
         ('1785-08-03T13:00', '1785-08-02T24:00', 'row 3 (line 4), utc', 'hour 24'),
-        ('1785-08-03T13:00', '1785-08-02T12:00', 'row 3 (line 4), utc', 'entry before'),
+        ('1785-08-03T13:00', '1785-08-02T12:00', 'row 3 (line 4), utc', 'previous entry'),
         ('1785-08-03T13:00', '1785-08-01T13:00', 'row 3 (line 4), utc', 'earlier'),
         ('1785-08-03T13:00', '0001-01-01T00:00+23:59', 'row 3 (line 4), utc', '1500 to 2999'),
         ('45.0,-11.0', '4_5.0,-11.0', 'row 3 (line 4), latitude', 'not a number'),
@@ -245,7 +245,7 @@ def test_a_passage_without_a_name_is_refused_by_its_first_row(tmp_path):
 
 def test_a_passage_of_one_entry_or_of_another_name_is_refused(tmp_path):
     path = book(tmp_path, HEADER + ROWS.splitlines()[0] + '\n')
-    assert 'one to the next' in str(next(find_passage(path, 'A-1').problems()))
+    assert 'a passage needs two' in str(next(find_passage(path, 'A-1').problems()))
     with pytest.raises(SceneError, match=r'not one of the 1 passages.*A-1'):
         find_passage(path, 'A-2')
     with pytest.raises(SceneError, match='has 2 passages'):

@@ -1,7 +1,7 @@
-"""Scenes: their sections, how they are read and written, and the built-in ones.
+"""Scenes: their sections, reading and writing, and the built-in scenes.
 
-Names are loaded at their first use, so that errors, which everything imports, need no pydantic.
-The model of each kind is available by its name too (`tauto_core.scene.InvoluteCam`).
+Names are imported at their first use, since errors, which all modules import, need no pydantic.
+The model of each kind has its name here, too (`tauto_core.scene.InvoluteCam`).
 """
 
 from typing import TYPE_CHECKING, Any
@@ -82,7 +82,7 @@ _of_a_section = loaded_from(
 
 
 def __getattr__(name: str) -> Any:
-    """Return a section or a kind by its name, loaded now."""
+    """Import and return a section or a kind by its name."""
     if name.endswith(
         ('Air', 'Cam', 'Drag', 'Escapement', 'Power', 'Ship', 'Suspension', 'Thread', 'Weather')
     ):

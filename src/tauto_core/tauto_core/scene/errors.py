@@ -1,7 +1,6 @@
-"""The exceptions of tauto_core.
+"""The exceptions of tauto_core. Messages name the thing, its value, the limit and the remedy.
 
-Every message names the thing, its value, the limit and the remedy. `exit_code` is what the
-command line returns: 2 for a bad command line or scene, 1 for anything that failed on the way.
+`exit_code` is the exit code of the command line: 2 for a bad command line or scene, else 1.
 """
 
 from __future__ import annotations
@@ -12,7 +11,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
-# Long or deep values are shortened, so that a message stays readable for any file.
+# Messages show long or deep values shortened.
 _SHORT = reprlib.Repr()
 _SHORT.maxstring = _SHORT.maxother = _SHORT.maxlong = 80
 _SHORT.maxlevel = 2
@@ -20,12 +19,12 @@ _SHORT.maxlevel = 2
 
 @dataclass(frozen=True)
 class Argument:
-    """An argument of a call in a message; each face of the package spells it in its own way.
+    """An argument of a call in a message, spelled differently by Python and the command line.
 
     Attributes:
         name: its name in Python.
-        value: the value that was given, or one to give; None where only the name is meant.
-        spaced: whether blanks stand around the sign of equality.
+        value: the value that was given, or an example, if any.
+        spaced: whether there are blanks around the equals sign.
     """
 
     name: str
@@ -38,12 +37,12 @@ class Argument:
 
 
 class ArgumentText(str):
-    """A text that names arguments: a str in the spelling of Python, kept in parts for others."""
+    """A text with arguments: a str in the spelling of Python, with its parts."""
 
     parts: tuple[str | Argument, ...]
 
     def __new__(cls, *parts: str | Argument) -> ArgumentText:
-        """Join texts, such texts too, and arguments."""
+        """Join texts and arguments."""
         text = super().__new__(cls, ''.join(map(str, parts)))
         flat = (item.parts if isinstance(item, ArgumentText) else (item,) for item in parts)
         text.parts = tuple(part for group in flat for part in group)
@@ -54,16 +53,16 @@ class ArgumentText(str):
 
 
 def spelled(text: str, spell: Callable[[Argument], str]) -> str:
-    """Return a text with its arguments spelled by `spell`; most texts have none."""
+    """Return a text with its arguments, if any, spelled by `spell`."""
     parts = text.parts if isinstance(text, ArgumentText) else (text,)
     return ''.join(spell(part) if isinstance(part, Argument) else part for part in parts)
 
 
 class TautoError(Exception):
-    """Base of every error that tauto_core raises on purpose; it can be sent between processes.
+    """Base of every error that tauto_core raises on purpose. It can be pickled.
 
     Args:
-        parts: the message, in which an `Argument` stands for one of the call.
+        parts: the message, as texts and `Argument`s.
     """
 
     exit_code = 1
@@ -73,7 +72,7 @@ class TautoError(Exception):
 
     @property
     def message(self) -> str:
-        """The message; with parts where it names arguments."""
+        """The message, an `ArgumentText` if it names arguments."""
         return self.args[0] if self.args else ''
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -102,11 +101,11 @@ ABSENT = _Absent()
 
 @dataclass(frozen=True)
 class Problem:
-    """One thing that is wrong with a scene.
+    """A fault of a scene.
 
     Args:
-        key: path to the key, for example `trochlea.cam.base_radius`; empty for the whole file.
-        value: the value found there, as the user wrote it; `ABSENT` where nothing was.
+        key: path to the key, for example `trochlea.cam.base_radius`, empty for the whole file.
+        value: the value there, as the user wrote it, or `ABSENT`.
         problem: the fault, with the limit.
         remedy: the advice, as a sentence.
     """
@@ -128,7 +127,7 @@ class Problem:
 
 
 def problems_where(*rows: tuple[object, str, object, str, str]) -> Iterator[Problem]:
-    """Yield the problems of those rows whose condition, which comes first, holds."""
+    """Yield a problem for each row (condition, *problem) if its condition is true."""
     return (Problem(key, value, *words) for holds, key, value, *words in rows if holds)
 
 
@@ -137,10 +136,10 @@ class SceneError(TautoError):
 
     Args:
         file: the scene's file or built-in name.
-        key: path to the key, for example `trochlea.cam.base_radius`; empty for the whole file.
-        value: the value found there, as the user wrote it.
-        problem: the fault, with the limit.
-        remedy: the advice, as a sentence.
+        key: see `Problem`, also for `value`, `problem` and `remedy`, of the first problem.
+        value: see `Problem`.
+        problem: see `Problem`.
+        remedy: see `Problem`.
         further: the other problems of the same scene.
     """
 
@@ -167,14 +166,14 @@ class SceneError(TautoError):
 
     @classmethod
     def of(cls, file: str, problems: Iterable[Problem]) -> SceneError:
-        """Return the error of all problems of a scene, of which there is one at least."""
+        """Return the error of all problems of a scene, at least one."""
         head, *further = problems
         return cls(file, head.key, head.value, head.problem, head.remedy, further=further)
 
 
 @contextmanager
 def naming(file: str, name: str) -> Iterator[None]:
-    """Replace the name of a loaded scene by the file that the user gave, in its errors."""
+    """In errors, replace the name of a loaded scene by the file that the user gave."""
     try:
         yield
     except SceneError as error:
@@ -184,13 +183,13 @@ def naming(file: str, name: str) -> Iterator[None]:
 
 
 class UsageError(TautoError):
-    """A command or call with arguments that do not fit; nothing was started."""
+    """A wrong argument of a command or call, found before anything starts."""
 
     exit_code = 2
 
 
 def install(extra: str) -> str:
-    """Return the command that installs an extra of the package, for remedies."""
+    """Return the command that installs an extra of the package."""
     return f"pip install 'tauto_core[{extra}]'"
 
 
@@ -199,14 +198,11 @@ class CamRangeError(TautoError):
 
 
 class DescentError(TautoError):
-    """A body, fluid, curve or start that makes no descent; names value, limit and remedy."""
+    """A body, fluid, curve or start without a descent."""
 
 
 class MotionDataError(TautoError):
-    """Measured motion that cannot be used: names file, line, value, limit, remedy.
-
-    It is part of a scene and read before anything starts.
-    """
+    """Measured motion of a scene that cannot be used. The message has file and line."""
 
     exit_code = 2
 
@@ -229,14 +225,14 @@ class EstimationError(TautoError):
 
 
 class BagError(TautoError):
-    """A bag that cannot be read or written; names the file, the problem and the remedy."""
+    """A bag that cannot be read or written."""
 
 
 class BagPlaceError(BagError):
-    """No bag to read, or a place where no bag can be written; nothing was started."""
+    """No bag to read, or no bag can be written there, found before anything starts."""
 
     exit_code = 2
 
 
 class TautoWarning(UserWarning):
-    """A message of a command besides its result: it waits, repairs something, or tries again."""
+    """A message about a result or its progress, such as a repair or a repeated attempt."""

@@ -1,7 +1,7 @@
-"""The whole scene, its reading from names, files and YAML 1.2 text, and its writing as text.
+"""The whole scene: the model, reading from names, files and YAML 1.2 text, and writing.
 
-Numbers are in SI units and radians. Sections that are `None` are not simulated. Each section or
-kind has its own rules; the rules of `Scene` are those that connect several of them.
+Numbers are in SI units and radians. Sections that are `None` are not simulated. `Scene` has the
+rules that connect several sections.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ from tauto_core.ship.suspensions import SuspensionKind
 
 
 class Scene(Section):
-    """A whole scene. Only `duration` and one of `trochlea` and `regulator` must be given."""
+    """A whole scene. `duration` and one of `trochlea` and `regulator` are required."""
 
     name: OneLine = Field(default='unnamed', description='name of the scene')
     duration: Positive = Field(description='length of the scene [s]')
@@ -70,8 +70,8 @@ class Scene(Section):
     )
     gravity: Gravity = Field(
         default=STANDARD_GRAVITY,
-        description='acceleration of gravity [m/s2], or normal: that of each place on the voyage, '
-        "with Eötvös' term; normal when left out where there is a voyage",
+        description='acceleration of gravity [m/s2], or normal: gravity at each place of the '
+        "voyage, with Eötvös' term (default of scenes with a voyage)",
     )
     trochlea: Trochlea | None = Field(
         default=None,
@@ -79,9 +79,7 @@ class Scene(Section):
     )
     regulator: Annotated[
         AxleRegulator | FluidTautochroneRegulator | None, Field(discriminator='kind')
-    ] = Field(
-        default=None, description='mapping with `kind`: an oscillator in place of a trochlea'
-    )
+    ] = Field(default=None, description='mapping with `kind`: an oscillator instead of a trochlea')
     drag: Annotated[DragKind, KindIn(DRAGS, default='polynomial')] | None = Field(
         default=None, description='mapping: viscous, quadratic, coulomb'
     )
@@ -102,7 +100,7 @@ class Scene(Section):
     )
     voyage: Itinerary | None = Field(
         default=None,
-        description='mapping: departure, arrival, sails_at, arrives_at or speed, …; or log',
+        description='mapping: departure, arrival, sails_at, arrives_at or speed, … (or log)',
     )
     drift: DriftSettings = Field(
         default=DriftSettings(), description='mapping: observation_interval, …'
@@ -113,9 +111,9 @@ class Scene(Section):
     @model_validator(mode='before')
     @classmethod
     def _by_the_voyage(cls, keys: Any) -> Any:
-        """Take normal gravity where there is a voyage, and the length and hour of a log's.
+        """Set defaults of a voyage: normal gravity, and for a log-book duration and start.
 
-        The scene ends an interval of the log after her arrival, when the clock is checked.
+        The scene ends one log interval after the arrival, when the clock is checked.
         """
         if not isinstance(keys, dict) or not keys.get('voyage'):
             return keys
@@ -125,7 +123,7 @@ class Scene(Section):
         log = log_of_voyage(keys['voyage'])
         if log is None:
             if isinstance(keys['voyage'], dict) and keys['voyage'].get('log') is not None:
-                keys.setdefault('duration', DAY_S)  # a wrong log is reported alone
+                keys.setdefault('duration', DAY_S)  # report the wrong log only
         else:
             section = keys.get('log')
             interval = section.get('interval', 1.0) if isinstance(section, dict) else 1.0
@@ -162,13 +160,13 @@ class Scene(Section):
                 case_hz=case_hz,
                 linear=hung is not None and linear and not swinging,
             )
-            # the scene that is written and read again has the rate, so it is the same everywhere
+            # set it in the model, since a scene written and read again must have the same rate
             self.__dict__['ship'] = ship.model_copy(update={'rate': rate})
         return self
 
     @property
     def accuracy(self) -> float | None:
-        """Largest error of the reading in a day [s]; None where a tolerance decides."""
+        """Largest error of the reading in a day [s], None with a tolerance."""
         if self.solver is None or (self.solver.accuracy is None and self.solver.tolerance is None):
             return ACCURACY
         return self.solver.accuracy
@@ -181,8 +179,7 @@ class Scene(Section):
     def sections_besides(self, *used: str) -> tuple[str, ...]:
         """Return the sections that the scene sets and a study of its machine does not use.
 
-        The machine and gravity are always used. How the clock is observed, logged and computed
-        (drift, log, solver) changes no rate.
+        Machine and gravity are always used. Sections drift, log and solver do not affect a rate.
         """
         sections = 'drag', 'escapement', 'ship', 'suspension', 'air', 'clock', 'voyage'
         fields = type(self).model_fields
@@ -194,7 +191,7 @@ class Scene(Section):
         """Acceleration of gravity at the start [m/s²], for which the dial is regulated."""
         if self.gravity != 'normal':
             return self.gravity
-        if self.voyage is None:  # refused, but all that is wrong with the scene is found first
+        if self.voyage is None:  # an error that is reported with all others
             return STANDARD_GRAVITY
         return float(normal_gravity(math.radians(self.voyage.departure[0])))
 
@@ -215,13 +212,13 @@ class Scene(Section):
 
     @property
     def lies_still(self) -> bool:
-        """Whether nothing moves the clock: neither waves nor gravity that changes on the way."""
+        """Whether the forcing is constant: no motion and, for a weight, no change of gravity."""
         feels = self.trochlea is not None and self.trochlea.power.pull.pulling_mass > 0.0
         return self.ship.lies_still and not (self.gravity == 'normal' and feels)
 
     @property
     def step_ns(self) -> int:
-        """Time between samples of ship/imu [ns]; a still ship sends one per log interval."""
+        """Time between samples of ship/imu [ns], for a ship at rest the log interval."""
         return self.log_interval_ns if self.ship.lies_still else step_of_rate(self.ship.rate)
 
     @property
@@ -231,7 +228,7 @@ class Scene(Section):
 
     @property
     def samples_beyond_end(self) -> int:
-        """Samples of ship/imu that the stages need beyond the end: none of a still ship."""
+        """Number of samples of ship/imu that the stages need beyond the end."""
         return 0 if self.lies_still else self._lookahead
 
     @property
@@ -248,10 +245,7 @@ class Scene(Section):
 
     @property
     def _lookahead(self) -> int:
-        """Samples that interpolation needs beyond the end of a motion.
-
-        With a suspension both the case and the clock in it look ahead.
-        """
+        """Samples that interpolation needs beyond the end, twice with a suspension."""
         return LOOKAHEAD if self.suspension is None else 2 * LOOKAHEAD
 
     def _problems(self) -> Iterator[Problem]:
@@ -277,7 +271,7 @@ class Scene(Section):
             yield Problem(
                 'gravity',
                 'normal',
-                'is that of a latitude, and there is no voyage that gives one',
+                'depends on latitude, and there is no voyage',
                 'Give a number [m/s2], such as 9.80665, or write `voyage: …`.',
             )
         if self.voyage is not None:
@@ -319,7 +313,7 @@ class Scene(Section):
             yield Problem(
                 'starts_at',
                 self.starts_at,
-                f'is another hour of the day than that of the log, {begins / 3600.0:.6g} h after '
+                f'is another hour of the day than in the log, {begins / 3600.0:.6g} h after '
                 'midnight when the scene starts',
                 f'Leave it out, or write {DAY_S + begins!r}.',
             )
@@ -328,7 +322,7 @@ class Scene(Section):
             yield Problem(
                 'duration',
                 self.duration,
-                f'is longer than the log, whose last entry is {end!r} s after the start',
+                f'is longer than the log, which ends {end!r} s after the start',
                 'Leave it out, or make it shorter.',
             )
 
@@ -348,7 +342,7 @@ class Scene(Section):
             )
 
     def _regulator_problems(self) -> Iterator[Problem]:
-        """Yield the problems of the trochlea, or of the regulator in its place."""
+        """Yield the problems of the trochlea or the regulator."""
         if self.regulator is not None:
             sections = {
                 'trochlea': self.trochlea,
@@ -361,7 +355,7 @@ class Scene(Section):
                 yield Problem(
                     'drift.covariates',
                     list(self.drift.covariates),
-                    'does not go with regulator: the rate of no wheel depends on them',
+                    'does not go with regulator: covariates are for a trochlea',
                     'Leave it out.',
                 )
         if self.trochlea is not None:
@@ -374,14 +368,14 @@ class Scene(Section):
             yield Problem(
                 'trochlea',
                 ABSENT,
-                'is missing, and there is no regulator in its place',
+                'is missing, and there is no regulator',
                 'Write `trochlea: …`, mapping: inertia, cam, thread, power, release_angle; or '
                 '`regulator: …`, mapping with `kind`.',
             )
 
 
 def _since_midnight(log: VoyageLog) -> float:
-    """Return the time of day at Greenwich at which the scene of a log starts [s]."""
+    """Return the time of day at Greenwich when the scene of a log starts [s]."""
     begins = log.begins
     midnight = begins.replace(hour=0, minute=0, second=0, microsecond=0)
     return ((begins - midnight).total_seconds() - log.harbour_days * DAY_S) % DAY_S
@@ -392,9 +386,9 @@ def _since_midnight(log: VoyageLog) -> float:
 
 
 def value_at(content: Any, path: str) -> Any:
-    """Return the value at a path of names with dots between; None where there is none.
+    """Return the value at a path of names separated by dots, None if absent.
 
-    An item of a list is named by its number, from 0.
+    Items of lists are numbered from 0.
     """
     for name in path.split('.'):
         key = _key_in(content, name)
@@ -403,10 +397,7 @@ def value_at(content: Any, path: str) -> Any:
 
 
 def unit_at(scene: Scene, path: str) -> str | None:
-    """Return the unit that the key at a path declares; None where it has none, or there is no key.
-
-    Paths are those of `value_at`. An item of a list has the unit of the list's key.
-    """
+    """Return the unit, if any, of the key at a path (`value_at`), for an item of its list."""
     node: Any = scene
     unit = None
     for name in path.split('.'):
@@ -421,7 +412,7 @@ def unit_at(scene: Scene, path: str) -> str | None:
 
 
 def remove_at(content: dict[str, Any], path: str) -> None:
-    """Remove the key or item at a path, in place; where there is none, nothing happens."""
+    """Remove the key or item at a path, if it exists, in place."""
     section, _, name = path.rpartition('.')
     node: Any = value_at(content, section) if section else content
     key = _key_in(node, name)
@@ -430,10 +421,9 @@ def remove_at(content: dict[str, Any], path: str) -> None:
 
 
 def put_at(content: dict[str, Any], path: str, value: object) -> None:
-    """Set the value at a path, in place; sections that are absent are added.
+    """Set the value at a path in place, adding missing sections.
 
-    A KeyError where the path leads through something that is neither a mapping nor a list with
-    such an item.
+    KeyError if the path leads through a value that has no such key or item.
     """
     *sections, leaf = path.split('.')
     node: Any = content
@@ -448,18 +438,18 @@ def put_at(content: dict[str, Any], path: str, value: object) -> None:
 
 
 def _key_in(content: Any, name: str) -> str | int | None:
-    """Return the item of a mapping or list by its name; None if there is none."""
+    """Return the key or index for a name in a mapping or list, None if absent."""
     if isinstance(content, list) and name.isdecimal() and int(name) < len(content):
         return int(name)
     return name if isinstance(content, dict) and name in content else None
 
 
 # -----------------------------------------------------------------------------
-# The mapping of a scene in a text, and as a text.
+# The mapping of a scene as YAML.
 
 
 class _Dumper(yaml.SafeDumper):
-    """Quotes strings that either YAML 1.1 or 1.2 would read as something else."""
+    """Quotes strings that YAML 1.1 or 1.2 would read as another type."""
 
 
 for _kind, (_pattern, _first_characters) in SCALARS.items():
@@ -467,39 +457,37 @@ for _kind, (_pattern, _first_characters) in SCALARS.items():
     _Dumper.add_implicit_resolver(YAML_TAG + _kind, _full, [*_first_characters, ''])
 
 
-# A key at the left, or the path of one.
+# a key, or its path
 _WORD = re.compile(r'[^\W\d][\w.\[\] -]{0,199}')
 
 
 def read_mapping(text: str, origin: str) -> dict[str, Any]:
-    """Return the mapping in a YAML text of one document; errors have origin, line and column."""
+    """Return the mapping in a YAML text, or raise SceneError with origin, line and column."""
     try:
         content = read_yaml(text)
     except YamlError as error:
         raise SceneError(origin, '', text, error.problem, error.remedy) from None
     if not isinstance(content, dict):
         names = {list: 'list', str: 'text', bool: 'truth value', int: 'number', float: 'number'}
-        kind = 'nothing' if content is None else f'a {names[type(content)]}'
-        problem = f'holds {kind}, but a scene is a mapping of keys to values'
+        kind = 'empty' if content is None else f'a {names[type(content)]}'
+        problem = f'is {kind}, but a scene is a mapping of keys to values'
         raise SceneError(origin, '', content, problem, 'Begin with `name: …` and `duration: …`.')
     if any(not _WORD.fullmatch(key) for key in content):
-        # its content is not repeated: a file named by mistake may be confidential
-        problem = (
-            'has a line that does not begin with a word and a colon, so it is not such a file'
-        )
+        # the message shows no content, since a file named by mistake may be confidential
+        problem = 'has a line that does not begin with a word and a colon: it is not a scene'
         raise SceneError(origin, '', None, problem, 'Name a YAML file of keys and values.')
     return content
 
 
 def write_mapping(content: dict[str, Any]) -> str:
-    """Return a mapping of plain values as YAML that `read_mapping` reads back unchanged."""
+    """Return a mapping of plain values as YAML; `read_mapping` returns it unchanged."""
     text: str = yaml.dump(content, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=99)
     return text
 
 
 DEFAULT_SCENE = 'measured'
 
-# Keys of a scene that name files.
+# keys of a scene that name files
 _PATHS = (
     ('air', 'path'),
     ('trochlea', 'cam', 'path'),
@@ -513,12 +501,12 @@ _PATHS = (
 )
 _OF_BAGS = 'tauto replay, plot, report, play and bag check'
 _SHIPPED = Path(__file__).parent / 'shipped'
-# A scene is a page of text; a larger file was named by mistake.
+# a larger file is not a scene
 _LARGEST_FILE = 1_000_000
 
 
 def shipped_scenes() -> list[str]:
-    """Return the names of the scenes that come with the package, sorted."""
+    """Return the sorted names of the built-in scenes."""
     return sorted(file.stem for file in _SHIPPED.glob('*.yaml'))
 
 
@@ -527,21 +515,22 @@ def _file_of(scene: str) -> Path:
 
 
 def scene_text(scene: str) -> str:
-    """Return the text of a scene's file, built-in or not; SceneError: it cannot be read."""
+    """Return the text of a scene's file, or raise SceneError."""
     return _read(_file_of(scene), scene)
 
 
 def load_scene(scene: str | Path | Scene, **overrides: object) -> Scene:
-    """Return the scene of a built-in name or a YAML file, or one already loaded with other values.
+    """Return the scene of a built-in name or a YAML file, or a loaded scene with other values.
 
-    A built-in name wins over a file of that name in the current folder; write `./name` for the
-    file. Relative data paths are resolved against the scene's folder, and the files must exist.
+    A built-in name takes precedence over a file of that name in the current folder. Write `./name`
+    for the file. Relative data paths are resolved against the scene's folder, and the files must
+    exist.
 
     Args:
         scene: for example `measured` or `scenes/mine.yaml`, or a scene.
-        overrides: values to set before anything is checked, as `--duration` and `--set` do, by
-            key (`duration`) or path (`ship.sea.peak_period`); `None` keeps the value of the file.
-            Data paths among them are relative to the working directory.
+        overrides: values by key (`duration`) or path (`ship.sea.peak_period`), set before the
+            scene is checked. `None` keeps the value of the file. Data paths are relative to the
+            working directory.
 
     Raises:
         SceneError: all problems of the scene, with file, key, value and remedy.
@@ -574,10 +563,10 @@ def load_scene(scene: str | Path | Scene, **overrides: object) -> Scene:
     for key, path, folders in loaded.ship.files():
         problems += missing_file(key, path, folders=folders)
     voyage = loaded.voyage
-    # a voyage may be cut short
+    # a duration among the overrides may cut the voyage short
     if voyage is not None and voyage.sails_at > loaded.duration and 'duration' not in values:
-        why = f'lies beyond the end of the scene, duration {loaded.duration!r} s: she never sails'
-        remedy = 'Let her sail earlier, make the scene longer, or leave out voyage.'
+        why = f'is after the end of the scene, duration {loaded.duration!r} s'
+        remedy = 'Let the ship sail earlier, make the scene longer, or leave out voyage.'
         problems.append(Problem('voyage.sails_at', voyage.sails_at, why, remedy))
     if problems:
         raise SceneError.of(origin, tuple(problems))
@@ -585,15 +574,14 @@ def load_scene(scene: str | Path | Scene, **overrides: object) -> Scene:
 
 
 def origin_of(scene: str | Path | Scene) -> str:
-    """Return how errors name a scene: as the caller did."""
+    """Return the name of a scene in errors, as the caller wrote it."""
     return scene.name if isinstance(scene, Scene) else str(scene)
 
 
 def set_values(content: dict[str, Any], values: Mapping[str, object], origin: str) -> None:
-    """Set values in the mapping of a scene by key or path, in place; `ABSENT` removes a key.
+    """Set values in the mapping of a scene by key or path, in place. `ABSENT` removes a key.
 
-    Data paths are relative to the working directory. Refuses paths that no scene can have, and
-    keys to remove that are none.
+    Data paths are relative to the working directory. SceneError for a path that no scene has.
     """
     section = values.get('solver')
     accuracy = values.get('solver.accuracy') or (
@@ -613,13 +601,13 @@ def set_values(content: dict[str, Any], values: Mapping[str, object], origin: st
 
 
 NAMED_SECTIONS = ('hull', 'material', 'oil')
-"""Sections for which a name may stand, as in `hull: deptford`."""
+"""Sections that may be replaced by a name, as in `hull: deptford`."""
 
 
 def put_value(content: dict[str, Any], path: str, value: object, origin: str) -> None:
-    """Set a copy of a value in the mapping of a scene, in place; NumPy's numbers become Python's.
+    """Set a copy of a value in the mapping of a scene, in place, converting from NumPy.
 
-    A `SceneError` where the path has an empty name, or leads through something without keys.
+    SceneError if the path has an empty name, or leads through a value without keys.
     """
     problem, remedy = 'there is no such key in the scene', 'Name a key of the scene.'
     names = path.split('.')
@@ -631,8 +619,8 @@ def put_value(content: dict[str, Any], path: str, value: object, origin: str) ->
         parent = '.'.join(names[:-1])
         named = value_at(content, parent)
         if isinstance(named, str) and parent.endswith(NAMED_SECTIONS):
-            problem = f'{problem}, whose {parent} is {named!r}'
-            remedy = f'Write {parent} as a mapping, with {names[-1]} and all else in it.'
+            problem = f'{problem}: {parent} is {named!r}'
+            remedy = f'Write {parent} as a mapping, with {names[-1]} and its other keys.'
     else:
         problem = 'has an empty name'
         remedy = 'Write names with one dot between two, such as ship.rate.'
@@ -640,7 +628,7 @@ def put_value(content: dict[str, Any], path: str, value: object, origin: str) ->
 
 
 def _plain(value: object) -> object:
-    """Return a copy in which numbers and arrays of NumPy are Python's own."""
+    """Return a copy with numbers and arrays of NumPy converted to Python."""
     if isinstance(value, np.generic | np.ndarray):
         return value.tolist()
     if isinstance(value, Mapping):
@@ -651,10 +639,7 @@ def _plain(value: object) -> object:
 
 
 def check_key(content: Mapping[str, Any], path: str, origin: str) -> None:
-    """Refuse a path that the scene does not have and that no scene of its kinds can have.
-
-    The `SceneError` names the nearest key.
-    """
+    """Raise SceneError, with the nearest key, for a path that no scene of these kinds has."""
     if value_at(content, path) is not None:
         return
     trial = copy.deepcopy(dict(content))
@@ -675,12 +660,12 @@ def check_key(content: Mapping[str, Any], path: str, origin: str) -> None:
 def parse_scene(text: str, origin: str) -> Scene:
     """Return the scene of a YAML text, such as the `scene` topic of a bag.
 
-    Data files need not exist: a bag is replayed on any machine. Only the files that a sea names
-    are read here; the scene of a bag has their contents instead.
+    Only files of seas, winds and logs are read; the scene of a bag has their contents instead.
+    Other data files need not exist.
 
     Args:
         text: YAML.
-        origin: where the text comes from, for error messages.
+        origin: the source of the text, for error messages.
 
     Raises:
         SceneError: all problems of the scene, with origin, key, value and remedy.
@@ -689,16 +674,16 @@ def parse_scene(text: str, origin: str) -> Scene:
 
 
 def scene_yaml(scene: Scene) -> str:
-    """Return the scene with all defaults written out; `parse_scene` of it gives the scene."""
+    """Return the scene with all defaults as YAML; `parse_scene` returns an equal scene."""
     return write_mapping(scene.model_dump(mode='json', exclude_none=True))
 
 
 def checked_scene(
     content: dict[str, Any], origin: str, overrides: Mapping[str, object] = MappingProxyType({})
 ) -> Scene:
-    """Return the scene of a mapping as it stands in a YAML file; refuses as `parse_scene`.
+    """Return the scene of a mapping from a YAML file, with the errors of `parse_scene`.
 
-    `overrides` are the values in it that replace those of the file, by path, for errors.
+    `overrides` are values by path that replaced values of the file. Errors mention it.
     """
     ship = content.get('ship')
     if isinstance(ship, dict):
@@ -719,7 +704,7 @@ def checked_scene(
         if any(map(names_hindcast, along_her_way)):
             from tauto_core.ship.hindcast import with_hindcast_read  # few scenes have one
 
-            # where she is, and when, is known from the scene without what is read along her track
+            # the track follows from the other sections
             left_out = ('ship', 'air', 'suspension', 'drift')
             bare = {key: value for key, value in content.items() if key not in left_out}
             content = with_hindcast_read(content, Scene.model_validate(bare), origin)
@@ -753,7 +738,7 @@ def _read(file: Path, origin: str) -> str:
         problem = f'cannot be read: {getattr(error, "strerror", None) or error}'
         remedy = 'Make it readable, or name another file.'
         if getattr(error, 'errno', None) == errno.EFBIG:
-            problem = f'is larger than {_LARGEST_FILE} bytes, so it is not such a file'
+            problem = f'is larger than {_LARGEST_FILE} bytes: it is not a scene'
             remedy = 'Name a scene, not its data or a bag.'
     else:
         try:
@@ -765,7 +750,7 @@ def _read(file: Path, origin: str) -> str:
 
 
 def _resolve_paths(content: dict[str, Any], folder: Path) -> None:
-    """Make relative paths absolute where there are any; validation judges everything else."""
+    """Make relative data paths absolute, without validation."""
     for *sections, key in _PATHS:
         section: Any = content
         for name in sections:

@@ -1,4 +1,4 @@
-"""The keys of a scene in three forms: page of the site, JSON schema, a scene to start from."""
+"""The keys of a scene as documentation page, as JSON schema, and as a scene to start from."""
 
 from __future__ import annotations
 
@@ -39,45 +39,43 @@ _HEAD = """\
 # Scenes: sections, kinds and keys
 
 `make docs` makes this page from the models of the code. Numbers are in SI units and radians,
-except where a key says otherwise; [units in words](#units-in-words) are understood. A key without
-a default must be given. Where the default is *left out*, the part is not simulated unless the key
-says otherwise. A section *from a file* is read when the scene is loaded; the scene that runs,
-which is also written to the bag, has its numbers instead.
+unless a key says otherwise; [units in words](#units-in-words) are understood. A key without a
+default is required. A part *left out* by default is not simulated, unless the key says otherwise.
+A section *from a file* is read when the scene is loaded. The loaded scene, which a bag contains,
+has the numbers.
 """
 
 _UNITS = """\
 ## Units in words
 
-Where the meaning of a key has a unit in brackets, a text of a number and a unit may stand for the
-number: `base_radius: 5 mm`, `duration: 10 min`, `--set 'trochlea.release_angle=60 deg'`,
-`tauto.load('measured', duration='1 h')`. Options of the command line with a unit and arguments in
-Python take them, too: `--duration 10min`, `--from '36 h'`, `tauto.design(pull='300 g', …)`; and so
-do the distributions of `tauto fleet --vary`, in the unit of the key that is drawn. The scene that
-runs, bags and `--json` have the number in the unit of the key.
+If the meaning of a key has a unit in brackets, its value may be a text of a number and a unit:
+`base_radius: 5 mm`, `duration: 10 min`, `--set 'trochlea.release_angle=60 deg'`,
+`tauto.load('measured', duration='1 h')`. The same holds for options of the command line
+(`--duration 10min`, `--from '36 h'`), arguments in Python (`tauto.design(pull='300 g', …)`) and
+the distributions of `tauto fleet --vary`. The loaded scene, bags and `--json` have the number in
+the unit of the key.
 
 {table}
 
-Units may be multiplied and divided: `4 kg cm2`, `-10.7 s/day/K`, `2 mm/deg`. There are the
-prefixes n, µ or u, m and k, and `cm`; `nm` is refused, since sailors mean nautical miles by it. A
-unit of another kind is refused: `base_radius: 5 min` is a time. So are numbers without a unit in
-quotes, and units where the meaning has none.
+Units may be multiplied and divided: `4 kg cm2`, `-10.7 s/day/K`, `2 mm/deg`. The prefixes are n, µ
+or u, m and k, and `cm`. Refused are `nm`, which sailors use for nautical miles, units of another
+kind (`base_radius: 5 min` is a time), units for keys without one, and numbers without a unit in
+quotes.
 
 The foot is 0.3048 m and the pound 0.45359237 kg, by the agreement of 1959, the nautical mile
-1852 m (NIST SP 811). The old units of Paris and the Rhineland are those of `tauto design`:
-the foot of Paris 324.84 mm (1766), its pound 489.5 g, the Rhenish foot 313.85 mm (1816); the
-scruple is its thousandth. The table is part of Tauto: the library pint takes some 0.3 s to import
-and 0.4 s to read its definitions, a warm scene 0.8 s in all.
+1852 m (NIST SP 811). The foot of Paris is 324.84 mm (1766), its pound 489.5 g, the Rhenish foot
+313.85 mm (1816), the scruple its thousandth.
 """
 
-# The form of each section, of a sea's ship or of the scene, whose values are in a file.
+# models of sections that are read from a file
 _FROM_FILES: dict[str, type[Section]] = {**FILE_FORMS, 'air': AirRecordFile, 'voyage.log': LogFile}
 
-# The form of those whose values a hindcast has along the voyage.
+# models of sections that are read from a hindcast along the voyage
 _FROM_HINDCASTS: dict[str, type[Section]] = {'weather': HindcastFile, 'air': AirHindcastFile}
 
 
 _TAGS = ('kind', 'spectrum')
-"""The keys that name the kind of a section."""
+"""Keys with the kind of a section."""
 
 
 def all_kinds() -> tuple[type[Kind], ...]:
@@ -91,12 +89,12 @@ def _folders(model: type[BaseModel]) -> Iterator[KindIn]:
         kinds = one_of(field)
         if kinds is not None:
             yield kinds
-        # a kind may have a section with its own kinds
+        # a kind may contain a section with kinds
         yield from chain(*map(_folders, models_of(field)))
 
 
 def scenes_page() -> str:
-    """Return the page of the keys: each model once, under all keys that hold it."""
+    """Return the page of the keys, with each model once under all its keys."""
     keys: dict[tuple[type[BaseModel], ...], list[str]] = {(Scene,): ['The scene']}
 
     def add(title: str, models: list[type[BaseModel]]) -> None:
@@ -124,7 +122,7 @@ def scenes_page() -> str:
 
 
 def _sections(model: type[BaseModel], path: str) -> Iterator[tuple[str, list[type[BaseModel]]]]:
-    """Yield the key path and the models of each section below a model, depth first."""
+    """Yield key path and models of each section below a model, depth first."""
     for name, field in model.model_fields.items():
         models = models_of(field)
         if models:
@@ -135,7 +133,7 @@ def _sections(model: type[BaseModel], path: str) -> Iterator[tuple[str, list[typ
 
 
 def _of_kinds(title: str, models: tuple[type[BaseModel], ...]) -> str:
-    """Return the section of a key with several kinds: the keys that all share, then each kind."""
+    """Return the text about a key with several kinds: shared keys, then each kind."""
     every = [_rows(model) for model in models]
     shared = {
         key: row
@@ -194,19 +192,19 @@ def _meaning(name: str, field: FieldInfo) -> str:
 # -----------------------------------------------------------------------------
 # The JSON schema of scene files, for editors and other programs.
 #
-# It is the schema of the models with additions that pydantic cannot make: sections that a file
-# may replace, the required key `kind`, a waypoint that is written as its place.
+# Pydantic makes the schema. Added are sections from files, the required key `kind`, and waypoints
+# written as places.
 
 FILE = Path(__file__).with_name('scene.schema.json')
-"""The schema that ships, which `python -m tauto_core.scene.reference` prints."""
+"""The schema in the package, written by `python -m tauto_core.scene.reference`."""
 
 _REF = '#/$defs/'
-# The same set of characters, without the character classes that few programs know.
+# the same characters without classes, which few programs know
 _ONE_LINE = (r'\p{Cc}\p{Zl}\p{Zp}', r'\u0000-\u001f\u007f-\u009f\u2028\u2029')
 
 
 def schema() -> dict[str, Any]:
-    """Return the schema, of JSON Schema 2020-12."""
+    """Return the schema (JSON Schema 2020-12)."""
     content = Scene.model_json_schema(ref_template=_REF + '{model}')
     definitions = content['$defs']
     for form in (*_FROM_FILES.values(), *_FROM_HINDCASTS.values()):
@@ -247,7 +245,7 @@ def schema() -> dict[str, Any]:
 
 
 def _cleaned(part: Any) -> Any:
-    """Return a part without pydantic's discriminators and without titles that only repeat keys."""
+    """Return a part without pydantic's discriminators and titles of keys."""
     if isinstance(part, list):
         return [_cleaned(item) for item in part]
     if isinstance(part, str):
@@ -267,46 +265,44 @@ def _cleaned(part: Any) -> Any:
 
 
 def _or_with_unit(part: Any) -> Any:
-    """Return a part in which a text with a unit may stand for each number."""
+    """Return a part in which texts with a unit are allowed for numbers."""
     if isinstance(part, list):
         return [_or_with_unit(item) for item in part]
     if not isinstance(part, dict):
         return part
     if part.get('type') != 'number':
         return {key: _or_with_unit(item) for key, item in part.items()}
-    # the limits are for numbers alone, the pattern for texts
+    # limits apply to numbers only, the pattern to texts
     return {**part, 'type': ['number', 'string'], 'pattern': f'^{NUMBER} *[^ 0-9.,]'}
 
 
 def schema_text() -> str:
-    """Return the schema as the file that ships."""
+    """Return the text of the schema's file."""
     return json.dumps(schema(), indent=1, ensure_ascii=False) + '\n'
 
 
 # -----------------------------------------------------------------------------
 # A scene to start from: every key with its unit and meaning, and values that run.
 #
-# The values are those of the kinds (`Kind.starter`), chosen so that all compatible kinds work
-# together: a wheel of 4 kg cm2 that swings about once a second by a radian. The dial is regulated
-# on land.
+# The values come from `Kind.starter`: a wheel of 4 kg cm2 with a period of about one second and an
+# amplitude of one radian.
 
 WIDTH = 99
 ENDINGS = ('.yaml', '.yml')
-"""A word without them may be the name of a built-in scene."""
 
 FOLDERS = {'cam': CAMS, 'thread': THREADS, 'power': POWERS, 'escapement': ESCAPEMENTS}
-"""The sections that must be compatible, and the folders of their kinds."""
+"""Sections that must be compatible, and the folders of their kinds."""
 
 CHOICES = {'ship': SHIPS, **FOLDERS}
-"""The sections of a new scene whose kind can be chosen."""
+"""Sections of a new scene with a choice of kinds."""
 
-# Text that YAML reads as nothing but text.
+# text that needs no quotes in YAML
 _PLAIN = re.compile(
     r'(?!(?:true|false|null|yes|no|on|off|y|n)$)[a-z]\w*', re.ASCII | re.IGNORECASE
 )
 _USUAL = {'cam': 'involute', 'thread': 'vertical', 'power': 'weight', 'escapement': ''}
 _FORMS: dict[type[BaseModel], type[BaseModel]] = {Rao: RaoFile}
-# Values shown in the comments for sections and keys that are left out.
+# values in the comments of sections and keys that are left out
 _LEFT_OUT: dict[str, Any] = {
     'voyage': {
         'departure': [50.79, -1.11],
@@ -356,10 +352,10 @@ _LEFT_OUT: dict[str, Any] = {
 
 
 def new_scene(name: str, kinds: Mapping[str, str]) -> str:
-    """Return the text of a scene with comments, which runs as it is.
+    """Return the text of a runnable scene with comments.
 
-    `kinds` are those of `CHOICES` that are wanted; the others are chosen to be compatible. A
-    `UsageError` where one is not known, or they are not compatible.
+    `kinds` are wanted for keys of `CHOICES`. The others are chosen to be compatible. UsageError
+    for unknown or incompatible kinds.
     """
     wanted = {'ship': 'sea', **kinds}
     for key, kind in wanted.items():
@@ -375,8 +371,8 @@ def new_scene(name: str, kinds: Mapping[str, str]) -> str:
         f'# yaml-language-server: $schema={FILE.as_uri()}',
         '#',
         *_prose(
-            'SI units and radians. Take the # away in front of a key to use it; what is left out '
-            'is not simulated, or as the comment says.'
+            'SI units and radians. Remove the # in front of a key to use it. Keys left out are '
+            'not simulated, or as the comment says.'
         ),
         '',
     ]
@@ -384,9 +380,9 @@ def new_scene(name: str, kinds: Mapping[str, str]) -> str:
 
 
 def write_scene(file: str | None, text_of: Callable[[str], str]) -> str:
-    """Return the text of a scene by its name, and write it to a new file, if one is named.
+    """Return the text of a scene, a function of its name, and write it to a new file, if named.
 
-    A file that exists, ends in neither .yaml nor .yml or cannot be written is a `UsageError`.
+    UsageError if the file exists, has another ending or cannot be written.
     """
     if file is None:
         return text_of('new_scene')
@@ -398,7 +394,7 @@ def write_scene(file: str | None, text_of: Callable[[str], str]) -> str:
     if not file.endswith(ENDINGS):
         example = place.with_suffix(ENDINGS[0])
         raise UsageError(argument, f': must end in {" or ".join(ENDINGS)}. Use {example}')
-    # the name of a file need not be text, that of a scene is
+    # the name of a file may contain bytes that are not text
     text = text_of(place.stem.encode('utf-8', 'replace').decode())
     try:
         write_whole(place, text.encode())
@@ -409,7 +405,7 @@ def write_scene(file: str | None, text_of: Callable[[str], str]) -> str:
 
 
 def scene_of_design(design: WheelDesign, name: str) -> str:
-    """Return a scene of a design as YAML, released at 1 rad on land, once it has been checked."""
+    """Return the checked scene of a design, released at 1 rad on land, as YAML."""
     head = (
         '# Found by tauto design. The pull has no inertia; a weight has, with another cam:\n'
         f'#   cam: {{kind: weight_corrected, period: {design.period_s:.9g}}}\n'
@@ -429,14 +425,14 @@ def scene_of_design(design: WheelDesign, name: str) -> str:
 
 
 def fitting(wanted: Mapping[str, str]) -> dict[str, str]:
-    """Return compatible kinds for each of `FOLDERS`, the usual ones where possible.
+    """Return compatible kinds for `FOLDERS`, if possible the usual ones.
 
-    Kinds wanted that are not compatible are a `UsageError`, with kinds that are.
+    UsageError, with compatible kinds, if the wanted kinds are incompatible.
     """
     usual = _completed(wanted)
     if usual is not None:
         return usual
-    # the smallest set of options that are not compatible
+    # reduce to a pair of incompatible options, if possible
     for key, second in product(wanted, wanted):
         pair = {name: wanted[name] for name in (key, second)}
         if key != second and _completed(pair) is None:
@@ -454,10 +450,7 @@ def fitting(wanted: Mapping[str, str]) -> dict[str, str]:
 
 
 def goes_together(cam: str, thread: str, power: str, escapement: str) -> bool:
-    """Return whether kinds are compatible, with the values that a new scene starts with.
-
-    An escapement of '' is none.
-    """
+    """Return whether kinds are compatible with the values of a new scene; '': no escapement."""
     trochlea = {
         'inertia': 4.0e-4,
         'cam': _started('cam', cam),
@@ -485,7 +478,7 @@ def all_that_go() -> tuple[dict[str, str], ...]:
     rows = (dict(zip(FOLDERS, row, strict=True)) for row in product(*every))
 
     def oddity(row: Mapping[str, str]) -> tuple[int, int]:
-        # how many kinds are unusual, and whether cam and power are among them
+        # number of unusual kinds, then of cam and power among them
         odd = [key for key, usual in _USUAL.items() if row[key] != usual]
         return len(odd), sum(key in ('cam', 'power') for key in odd)
 
@@ -530,15 +523,15 @@ def _content(name: str, ship: str, kinds: Mapping[str, str]) -> dict[str, Any]:
 def _lines(model: type[BaseModel], stated: Mapping[str, Any], path: str, edge: str) -> list[str]:
     """Return the keys of a model as lines of YAML, each after `edge`.
 
-    A key missing in `stated` has its default or is commented out; `path` is that of the section.
+    A key missing in `stated` has its default or is commented out. `path` is the section's path.
     """
     lines: list[str] = []
-    # the key of the kind first; keys that do not apply to the kind are left out
+    # the key of the kind comes first
     for name, field in sorted(model.model_fields.items(), key=lambda item: item[0] != 'kind'):
         if field.exclude or (name == 'gamma' and stated.get('spectrum') != 'jonswap'):
             continue
         key = f'{path}.{name}' if path else name
-        # a section of which nothing is set is left out, too
+        # a section without values is left out, too
         empty = isinstance(field.default, BaseModel) and not field.default.model_dump(
             exclude_none=True
         )
@@ -565,7 +558,7 @@ def _lines(model: type[BaseModel], stated: Mapping[str, Any], path: str, edge: s
 
 
 def _section(field: FieldInfo, value: object, *, out: bool) -> type[BaseModel] | None:
-    """Return the model of the section that a field holds; None for a number, a text or a list."""
+    """Return the model of a field's section, None for a number, a text or a list."""
     models = models_of(field)
     if not models or isinstance(value, list | tuple) or (value is None and not out):
         return None
@@ -583,7 +576,7 @@ def _section(field: FieldInfo, value: object, *, out: bool) -> type[BaseModel] |
 
 
 def _entry(edge: str, name: str, value: Any, text: str, *, out: bool) -> list[str]:
-    """Return a key with its value, and its meaning behind it, or above where the line is long."""
+    """Return a key with its value, followed or (if the line is long) preceded by its meaning."""
     key = f'{edge}{"#" if out else ""}{name}: {_yaml(value)}'.rstrip()
     if not text:
         return [key]
@@ -601,7 +594,7 @@ def _prose(text: str, edge: str = '') -> list[str]:
 
 
 def _yaml(value: Any) -> str:
-    """Return a value within a line; a number has the digits that one would write."""
+    """Return a value as YAML within a line."""
     if value is None:
         return ''
     if isinstance(value, list | tuple):

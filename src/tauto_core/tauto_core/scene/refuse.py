@@ -1,4 +1,4 @@
-"""Refusals of a scene: pydantic's errors in its words, limits of numbers, rules of times."""
+"""Errors of a scene: pydantic's errors in words of scenes, limits of numbers, rules of times."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ from tauto_core.scene.times import (
 from tauto_core.scene.units import declared, has_unit, misfit
 
 # -----------------------------------------------------------------------------
-# Translates pydantic's errors into problems in the words of the scene.
+# Pydantic's errors as problems in words of scenes.
 
 NO_KEY = 'is not a key of'
-"""Beginning of the message for an unknown key."""
+"""Beginning of the message about an unknown key."""
 
 _LONGEST_KEY = 80
 _MOST_TOLD = 100
-# Keys that distinguish the kinds of a section.
+# keys that distinguish the kinds of a section
 _TAGS = ('kind', 'spectrum')
 _ORDER = {
     'greater_than': ('greater than', 'gt'),
@@ -61,15 +61,14 @@ _KINDS = {
     'string_pattern_mismatch': 'one line without control characters',
 }
 
-# Keys of earlier versions: why there are none now, and what to do instead.
+# Keys of earlier versions, with the reason and the remedy.
 _TAKEN_AWAY = {
     'suspension.mass': (
-        'is a key no more: the case is taken as too heavy for the wheel to turn',
-        'Leave it out. `tauto scene check` says by how much the rate would change in a case of '
-        '10 kg.',
+        'is no longer a key: the wheel does not turn the case',
+        'Leave it out. `tauto scene check` gives the effect of a case of 10 kg.',
     ),
     'ship.sea.time': (
-        'is a key no more: the files of buoys are not read',
+        'is no longer a key: files of buoys are not read',
         'Leave it out. wavespectra makes the CSV of a spectrum (docs/seas.md).',
     ),
 }
@@ -77,10 +76,7 @@ _OF_TEXT = ('string_too_short', 'string_too_long', 'string_pattern_mismatch')
 
 
 def explain(error: ValidationError, root: type[BaseModel]) -> tuple[Problem, ...]:
-    """Return pydantic's errors about the mapping `root`, with key paths, values and remedies.
-
-    Of a file with thousands, which is no scene, they are the first hundred.
-    """
+    """Return the first hundred of pydantic's errors about `root`, with keys, values, remedies."""
     problems: list[Problem] = []
     details = error.errors(include_url=False)
     for detail in details[:_MOST_TOLD]:
@@ -88,7 +84,7 @@ def explain(error: ValidationError, root: type[BaseModel]) -> tuple[Problem, ...
         if detail['type'] == 'too_short' and any(
             item['loc'][: len(place)] == place for item in details if item is not detail
         ):
-            continue  # its items were refused, so that none is counted
+            continue  # its items were refused and are not counted
         if detail['type'] == 'combination':
             problems += detail['ctx']['problems']
         else:
@@ -199,7 +195,7 @@ def _wrong_kind(key: str, value: object, field: FieldInfo | None) -> Problem:
 
 
 def models_of(field: FieldInfo | None) -> list[type[BaseModel]]:
-    """Return the models among the alternatives of a field, those of list items included."""
+    """Return the models among the alternatives of a field or its items."""
 
     def walk(annotation: Any) -> Iterator[type[BaseModel]]:
         if isinstance(annotation, type) and issubclass(annotation, BaseModel):
@@ -214,7 +210,7 @@ def models_of(field: FieldInfo | None) -> list[type[BaseModel]]:
 
 
 def one_of(field: FieldInfo) -> KindIn | None:
-    """Return the marker of a field that takes the kinds of a folder."""
+    """Return the `KindIn` of a field, if any."""
 
     def walk(annotation: Any) -> Iterator[KindIn]:
         if isinstance(annotation, KindIn):
@@ -227,16 +223,16 @@ def one_of(field: FieldInfo) -> KindIn | None:
 
 
 def _tag(model: type[BaseModel]) -> str:
-    """Return the key that distinguishes a model from its siblings; empty if there is none."""
+    """Return the key that distinguishes a model from its siblings, or ''."""
     keys = model.model_fields
-    # a spectrum that may be left out distinguishes nothing
+    # an optional spectrum does not distinguish models
     return next(
         (tag for tag in _TAGS if tag in keys and (tag == 'kind' or keys[tag].is_required())), ''
     )
 
 
 def _kinds(model: type[BaseModel]) -> list[str]:
-    """Return the values of that key that name this model."""
+    """Return the values of that key for this model."""
     tag = _tag(model)
     return [str(kind) for kind in get_args(model.model_fields[tag].annotation)] if tag else []
 
@@ -258,17 +254,17 @@ def _siblings(owner: type[BaseModel], root: type[BaseModel]) -> list[type[BaseMo
 def _locate(
     location: tuple[int | str, ...], root: type[BaseModel]
 ) -> tuple[str, FieldInfo | None, type[BaseModel]]:
-    """Return the key path, the field and the model that owns it, without the tags of unions."""
+    """Return key path, field and owning model of an error's location, without tags of unions."""
     owner, field, key = root, None, ''
     parts = iter(location)
     for part in parts:
         if isinstance(part, int):
             key += f'[{part}]'
             continue
-        if part.startswith('function-'):  # a validator of the field, not a key
+        if part.startswith('function-'):  # a validator, not a key
             continue
         models = models_of(field)
-        # the location of an error in a union includes the kind
+        # in a union the location includes the kind
         kinds = None if field is None else one_of(field)
         if field is not None and (
             field.discriminator is not None or (kinds is not None and len(kinds.models) > 1)
@@ -285,15 +281,15 @@ def _locate(
 
 
 # -----------------------------------------------------------------------------
-# Limits within which double precision can compute a machine and the motion of a ship.
+# Limits of numbers in double precision.
 
-# Squares of ratios of three such numbers neither overflow nor underflow.
+# squares of ratios of three such numbers neither overflow nor underflow
 LEAST_SIZE, LARGEST_SIZE = 1e-30, 1e30
-# No fusee has a thread that goes round more than about ten times. A release in degrees is beyond.
+# a fusee has about ten turns; a release in degrees exceeds this
 LARGEST_TURNS = 10
 
 SECTIONS = ('gravity', 'trochlea', 'regulator', 'drag', 'escapement', 'ship', 'suspension')
-# Numbers that are only added to larger ones may be as small as they like.
+# terms that are only added to larger ones may be arbitrarily small
 _MAY_VANISH = frozenset(
     (
         'trochlea.release_angle',
@@ -313,14 +309,14 @@ _MAY_VANISH = frozenset(
         'escapement.rest.recoil',
     )
 )
-# Numbers of a ship that may not, by their names: divisors, and what spectra are scaled by.
+# other numbers of a ship may be small, but not these divisors and scales
 _OF_SHIPS = frozenset(
     ('rate', 'period', 'frequency', 'natural_period', 'peak_period', 'significant_wave_height')
 )
 
 
 def out_of_proportion(content: Mapping[str, object]) -> Iterator[Problem]:
-    """Yield the numbers in the `SECTIONS` of a scene, other than 0, beyond these limits."""
+    """Yield a problem for each nonzero number in the `SECTIONS` of a scene out of these limits."""
     for key, value in _numbers('', content):
         size, remedy = abs(value), 'Check its unit.'
         name = key.rpartition('.')[2].partition('[')[0]
@@ -330,13 +326,13 @@ def out_of_proportion(content: Mapping[str, object]) -> Iterator[Problem]:
             if size <= 360.0:
                 radians = f'{math.radians(value):.4g}'
                 end = f': if {value:g} is in degrees, write release_angle: {radians}.'
-            limit = f'at most {LARGEST_TURNS * math.tau:.4g} rad in size, {LARGEST_TURNS} turns: '
-            limit += 'no thread winds farther'
+            limit = f'at most {LARGEST_TURNS * math.tau:.4g} rad in size, {LARGEST_TURNS} turns '
+            limit += 'of the thread'
             remedy = f'Angles are in radians, 90° = 1.571{end}'
         elif size > LARGEST_SIZE:
-            limit = f'at most {LARGEST_SIZE:g} in size, or what follows overflows'
+            limit = f'at most {LARGEST_SIZE:g} in size, or results overflow'
         elif 0.0 < size < LEAST_SIZE and not may_vanish:
-            limit = f'at least {LEAST_SIZE:g} in size, or what follows vanishes'
+            limit = f'at least {LEAST_SIZE:g} in size, or results vanish'
         else:
             continue
         yield Problem(key, value, f'must be {limit}', remedy)
@@ -354,27 +350,27 @@ def _numbers(path: str, content: object) -> Iterator[tuple[str, float]]:
 
 
 # -----------------------------------------------------------------------------
-# Rules between the times of a scene: whole nanoseconds, and steps that fit each other.
+# Times of a scene: whole nanoseconds, and intervals that divide each other.
 
-# Number of parts into which a length is divided in the search of a log interval.
+# most divisors tried in the search for a log interval
 _MOST_TRIED = 100_000
 
 
 @dataclass(frozen=True)
 class GivenTimes:
-    """The times that a scene gives.
+    """The times of a scene.
 
     Attributes:
         starts_at: stamp of the first sample [s].
         duration: length of the scene [s].
         log_interval: time between logged samples [s].
         observation_interval: time between observations in port [s].
-        lunar_interval: time between lunar distances [s]; None: none are taken.
-        rate: sampling rate of the motion of a ship that moves [Hz].
-        shortest_wave_s: shortest period of the given waves [s]; inf where there are none.
-        still: whether the ship lies still; then the rate does not matter.
+        lunar_interval: time between lunar distances, if any [s].
+        rate: sampling rate of the ship's motion [Hz].
+        shortest_wave_s: shortest period of the given waves [s], inf without waves.
+        still: whether the forcing is constant, and the rate unused.
         step_ns: time between samples of the ship's motion [ns].
-        overrun: number of steps that are sent beyond the end.
+        overrun: number of steps beyond the end.
     """
 
     starts_at: float
@@ -389,7 +385,7 @@ class GivenTimes:
     overrun: int
 
     def problems(self) -> Iterator[Problem]:
-        """Yield the problems of them."""
+        """Yield their problems."""
         grid = list(_whole_nanoseconds(self))
         yield from grid
         if grid:
@@ -401,8 +397,8 @@ class GivenTimes:
             yield Problem(
                 'duration',
                 self.duration,
-                f'ends at {Decimal(end_ns) / 10**9:.12g} s with the {self.overrun} steps beyond '
-                f'the end; ROS stamps end at {LAST_STAMP_S} s',
+                f'with {self.overrun} steps beyond the end the last stamp is '
+                f'{Decimal(end_ns) / 10**9:.12g} s; ROS stamps end at {LAST_STAMP_S} s',
                 'Shorten it, or let starts_at be earlier.',
             )
 
@@ -421,7 +417,7 @@ def _whole_nanoseconds(times: GivenTimes) -> Iterator[Problem]:
                 key,
                 value,
                 'is not a whole number of nanoseconds',
-                'Give it to at most nine decimals.',
+                'Round it to nine decimals.',
             )
     if times.still:
         return
@@ -449,7 +445,7 @@ def _whole_nanoseconds(times: GivenTimes) -> Iterator[Problem]:
 
 
 def _near_rate(times: GivenTimes) -> float:
-    """Return the nearest common sampling rate whose steps fit the log, if one does."""
+    """Return the nearest common sampling rate, if possible with steps that divide the log."""
     common = (1.0, 2.0, 4.0, 5.0, 8.0, 10.0, 12.5, 16.0, 20.0, 25.0, 32.0, 40.0, 50.0)
     fast = (64.0, 80.0, 100.0, 125.0, 128.0, 160.0, 200.0, 250.0, 400.0, 500.0, 1000.0)
     least_hz, log_ns = 2.0 / times.shortest_wave_s, nanoseconds(times.log_interval)
@@ -459,7 +455,7 @@ def _near_rate(times: GivenTimes) -> float:
 
 
 def _log_grid(times: GivenTimes) -> Iterator[Problem]:
-    """Yield the times that are no multiple of log.interval; if none is, only the interval."""
+    """Yield the times that are not multiples of log.interval, or the interval if all are not."""
     interval, step_ns = times.log_interval, 1 if times.still else times.step_ns
     interval_ns = nanoseconds(interval)
     lengths = {
@@ -469,7 +465,7 @@ def _log_grid(times: GivenTimes) -> Iterator[Problem]:
     }
     odd = {key: value for key, value in lengths.items() if nanoseconds(value) % interval_ns}
     off_steps = interval_ns % step_ns
-    # lengths in whole seconds fit a log as it is by default
+    # lengths in whole seconds fit the default log interval
     if off_steps or (odd == lengths and all(size.is_integer() for size in lengths.values())):
         text = (
             f'is not a whole number of steps of {_digits(step_ns)} s (ship.rate {times.rate!r} Hz)'
@@ -492,9 +488,7 @@ def _log_grid(times: GivenTimes) -> Iterator[Problem]:
 
 
 def _fitting(interval_ns: int, step_ns: int, lengths_ns: Iterable[int]) -> str:
-    """Return the nearest log intervals that are whole steps and, if there are such, divide all
-    lengths.
-    """
+    """Return the nearest log intervals in whole steps that, if possible, divide all lengths."""
     steps, remainder = divmod(math.gcd(*lengths_ns), step_ns)
     if remainder:
         return _multiple(interval_ns, step_ns)

@@ -1,7 +1,6 @@
-"""What models of a scene are built of, and the sections that have only one kind.
+"""Base classes and types of the scene's models, and the sections with only one kind.
 
-Numbers are finite and never read from strings or booleans; unknown keys are refused. The sections
-of one kind are dial, navigator, log, solver and voyage.
+These are dial, navigator, log, solver and voyage.
 """
 
 from __future__ import annotations
@@ -59,10 +58,10 @@ LONGEST_TEXT = 1000
 Number: TypeAlias = Annotated[float, Strict()]
 Positive: TypeAlias = Annotated[float, Strict(), Field(gt=0.0)]
 NonNegative: TypeAlias = Annotated[float, Strict(), Field(ge=0.0)]
-# From the start of the scene [s]; later ones have no stamp.
+# from the start of the scene [s], within the range of stamps
 SceneTime: TypeAlias = Annotated[float, Strict(), Field(ge=0.0, le=LAST_STAMP_S)]
 Flag: TypeAlias = Annotated[bool, Strict()]
-# One line: no control characters, no line or paragraph separators.
+# no control characters, line or paragraph separators
 OneLine: TypeAlias = Annotated[
     str,
     Strict(),
@@ -76,7 +75,7 @@ Position: TypeAlias = tuple[Latitude, Longitude]
 if TYPE_CHECKING:
     Gravity: TypeAlias = float | Literal['normal']
 else:
-    # A union would report what is wrong with a value for each of its members.
+    # a union would report errors for each of its members
     Gravity = Annotated[
         Positive,
         WrapValidator(lambda value, number: value if value == 'normal' else number(value)),
@@ -90,7 +89,7 @@ else:
 class Section(BaseModel):
     """Base of all models: frozen, no unknown keys, finite numbers.
 
-    A text such as `5 mm` is a number where the description of its key declares a unit.
+    If the description of a key declares a unit, a text such as `5 mm` is converted to it.
     """
 
     model_config = ConfigDict(frozen=True, extra='forbid', allow_inf_nan=False)
@@ -111,18 +110,17 @@ class Section(BaseModel):
 # -----------------------------------------------------------------------------
 # Kinds of a section, found by listing their folder.
 #
-# A section such as `trochlea.cam` is of one of several kinds, which its key `kind` names. All of
-# a kind is in one module: keys, checks, equations and messages. The module names its models
-# `KINDS`; no list of kinds has to be extended.
+# The key `kind` selects the kind of a section such as `trochlea.cam`. Each kind is one module,
+# with keys, checks, equations and messages, and lists its models in `KINDS`.
 
 
 class Kind(Section):
     """Base of all kinds of one section.
 
     Attributes:
-        rank: its place among its siblings in lists, simplest first.
-        starter: values with which a new scene starts (`scene/reference.py`): all keys without a
-            default, for a machine that swings about once a second.
+        rank: its order in lists, simplest first.
+        starter: values of a new scene (`scene/reference.py`) for all keys without a default, for
+            a machine with a period of about one second.
     """
 
     rank: ClassVar[int] = 100
@@ -131,11 +129,9 @@ class Kind(Section):
 
 @cache
 def kinds_in(folder: str) -> tuple[type[Kind], ...]:
-    """Return the models of a folder's kinds, sorted by rank, then by module name.
+    """Return the models of all kinds in a package, sorted by rank, then by module name.
 
-    Args:
-        folder: name of the package whose modules each have `KINDS`, a tuple of models, or `KIND`;
-            the package itself may have `KINDS` too.
+    Each module has `KINDS`, a tuple of models, or `KIND`. The package may have `KINDS`, too.
     """
     package = import_module(folder)
     kinds: list[type[Kind]] = list(getattr(package, 'KINDS', ()))
@@ -156,7 +152,7 @@ class KindIn:
 
     Attributes:
         folder: name of the package.
-        default: kind of a mapping that does not name one; None if it must.
+        default: kind of a mapping without `kind`, if any.
         by: key that such a mapping must have.
     """
 
@@ -172,7 +168,7 @@ class KindIn:
     def __get_pydantic_core_schema__(
         self, source: Any, handler: GetCoreSchemaHandler
     ) -> CoreSchema:
-        """Return the schema of the union whose members `kind` distinguishes."""
+        """Return the schema of the union of all kinds, discriminated by `kind`."""
         del source
         if len(self.models) == 1:
             return handler.generate_schema(self.models[0])
@@ -192,13 +188,14 @@ class KindIn:
 
 Wander: TypeAlias = Annotated[float, Strict(), Field(ge=0.0, le=DAY_S)]
 Sigma: TypeAlias = Annotated[float, Strict(), Field(ge=1e-9, le=DAY_S)]
-# The rounding error of a step is several times 1.1e-16; 1e-3 of a swing is minutes a day.
+# a step rounds to several times 1.1e-16; 1e-3 of a swing is minutes per day
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-15, 1e-3
 LEAST_ACCURACY, LARGEST_ACCURACY = 1e-9, 1.0
 
 ACCURACY = 1e-6
-"""Error of the reading that may be made in a day where a scene states neither accuracy nor
-tolerance [s/day]: a thousandth of what a navigator could notice after a passage.
+"""Default of the largest error of the reading in a day [s/day].
+
+A thousandth of the error that a navigator could notice after a passage.
 """
 
 
@@ -219,15 +216,12 @@ def walk_per_s(random_walk_fm: float) -> float:
 
 
 class Clock(Section):
-    """The dial. Without a nominal period it is regulated at the steady swing of the machine.
-
-    Noise that is left out or 0 is not simulated (reading.md).
-    """
+    """The dial, by default regulated at the steady swing of the machine (reading.md)."""
 
     nominal_period: Positive | None = Field(
         default=None,
         description='time by which the dial advances in a full swing [s] (when left out: the '
-        'period of the steady swing, or of small swings where there is none)',
+        'period of the steady swing or, without one, of small swings)',
     )
     white_fm: Wander | None = Field(
         default=None,
@@ -252,24 +246,24 @@ class Clock(Section):
 
     @property
     def is_noisy(self) -> bool:
-        """Whether the dial adds noise."""
+        """Whether the dial has noise."""
         return bool(self.white_fm or self.random_walk_fm)
 
 
 class Lunars(Section):
     """Lunar distances at sea, which give the time by the Moon's motion among the stars.
 
-    The Moon moves by half a degree an hour. Sextant and almanac together erred by half a minute of
-    arc, which is a minute of time. Flinders (A Voyage to Terra Australis, 1814) writes that the
-    longitude from one set of six sights may be wrong by 30 minutes of arc (two minutes of time),
-    and probably not by more than 12. A normal error with a sigma of a minute agrees with both.
+    The Moon moves by half a degree per hour. Sextant and almanac together erred by half a minute
+    of arc, which is a minute of time. According to Flinders (A Voyage to Terra Australis, 1814)
+    the longitude from a set of six sights may be wrong by 30 minutes of arc (two minutes of time),
+    and probably not by more than 12. A standard deviation of a minute agrees with both.
     """
 
     interval: Positive = Field(
         default=DAY_S, description='time between lunar distances at sea [s]'
     )
     sigma: Sigma = Field(
-        default=60.0, description='standard deviation of the time they give, 1e-9 to 86400 [s]'
+        default=60.0, description='standard deviation of their time, 1e-9 to 86400 [s]'
     )
 
 
@@ -280,7 +274,7 @@ class CoefficientPrior(Section):
     """Prior of a coefficient of the rate equation, before any observation."""
 
     value: Number = Field(
-        description='expected coefficient; about 1 for a weight in heave and gravity'
+        description='expected coefficient, about 1 for a weight in heave and gravity'
     )
     sigma: Annotated[float, Strict(), Field(ge=1e-9, le=1e9)] = Field(
         description='its standard deviation, 1e-9 to 1e9'
@@ -289,25 +283,25 @@ class CoefficientPrior(Section):
 
 _TrialPrior: TypeAlias = Annotated[
     CoefficientPrior | None,
-    Field(description='mapping: value, sigma; when left out: from trial runs'),
+    Field(description='mapping: value, sigma (when left out: from trial runs)'),
 ]
 
 
 class Coefficients(Section):
-    """Priors of coefficients of the rate equation that replace those from trial runs."""
+    """Priors of coefficients of the rate equation, in place of trial runs."""
 
     heave: _TrialPrior = None
     roll: _TrialPrior = None
     gravity: _TrialPrior = None
     temperature: CoefficientPrior | None = Field(
         default=None,
-        description='mapping: value, sigma [1/K]; 1.16e-5 is a second a day; when left out: from '
-        'the machine at other temperatures',
+        description='mapping: value, sigma [1/K], 1.16e-5 is a second per day (when left out: '
+        'from the machine at other temperatures)',
     )
     temperature_squared: CoefficientPrior | None = Field(
         default=None,
-        description='mapping: value, sigma [1/K2]; when left out: from the machine at other '
-        'temperatures',
+        description='mapping: value, sigma [1/K2] (when left out: from the machine at other '
+        'temperatures)',
     )
 
 
@@ -332,11 +326,11 @@ class DriftSettings(Section):
         default=0.0,
         description='share of the observations in port and by the Moon that clouds hide, 0 to 1',
     )
-    states: Literal[2, 3] = Field(default=2, description='2: offset and rate; 3: ageing too')
+    states: Literal[2, 3] = Field(default=2, description='2: offset and rate, 3: ageing too')
     prior_rate_sigma: Sigma = Field(
         default=1000.0,
-        description="prior standard deviation of the clock's rate, 1e-9 to 86400 [s/day]; the "
-        'default covers a dial regulated for small swings (navigator.md)',
+        description="prior standard deviation of the clock's rate, 1e-9 to 86400 [s/day] (the "
+        'default covers a dial regulated for small swings, navigator.md)',
     )
     gate: Annotated[float, Strict(), Field(ge=1.0, le=1e9)] = Field(
         default=5.0,
@@ -345,27 +339,27 @@ class DriftSettings(Section):
     )
     white_fm: Wander | None = Field(
         default=None,
-        description='white frequency noise that the navigator expects of the clock at sea: '
-        'standard deviation of the reading after a day, which grows with the square root of time, '
-        '0 to 86400 [s]; it is not simulated (when left out: clock.white_fm)',
+        description='white frequency noise that the navigator expects of the clock at sea, not '
+        'simulated: standard deviation of the reading after a day, which grows with the square '
+        'root of time, 0 to 86400 [s] (when left out: clock.white_fm)',
     )
     random_walk_fm: Wander | None = Field(
         default=None,
-        description='random walk of the rate that the navigator expects of the clock at sea: '
-        'standard deviation of the rate after a day, which grows with the square root of time, 0 '
-        'to 86400 [s/day]; it is not simulated (when left out: clock.random_walk_fm, and in a '
-        'voyage what air, gravity and sea do to the clock, by navigator.md)',
+        description='random walk of the rate that the navigator expects of the clock at sea, not '
+        'simulated: standard deviation of the rate after a day, which grows with the square root '
+        'of time, 0 to 86400 [s/day] (when left out: clock.random_walk_fm, and in a voyage the '
+        'effects of air, gravity and sea, navigator.md)',
     )
     covariates: Annotated[tuple[Covariate, ...], Field(min_length=1)] | None = Field(
         default=None,
         description='list of heave, roll, gravity, temperature, temperature_squared: motions of '
-        'the ship, gravity by her latitude, and the temperature of the clock, on which the rate '
-        'is taken to depend (rate.md)',
+        'the ship, gravity by latitude, and temperature of the clock, the regressors of the rate '
+        '(rate.md)',
     )
     coefficients: Coefficients | None = Field(
         default=None,
-        description='mapping: heave, roll, gravity, temperature, temperature_squared; priors of '
-        'the coefficients of the covariates',
+        description='mapping: heave, roll, gravity, temperature, temperature_squared (priors of '
+        'the coefficients of the covariates)',
     )
 
     def problems(self) -> Iterator[Problem]:
@@ -381,34 +375,34 @@ class DriftSettings(Section):
             yield Problem(
                 f'drift.coefficients.{key}',
                 values[key],
-                f'has no use: drift.covariates does not name {key}',
+                f'is unused: drift.covariates does not name {key}',
                 f'Write covariates: [{", ".join([*named, key])}], or leave the coefficient out.',
             )
 
 
 class Log(Section):
-    """The log: one sample in each interval; the ship's motion at its full rate on request."""
+    """The log: one sample per interval, on request with the ship's motion at its full rate."""
 
     interval: Positive = Field(default=1.0, description='time between logged samples [s]')
     motion: Flag | None = Field(
         default=None,
-        description='whether ship/imu is logged at its full rate; when left out: '
-        'in scenes of up to a day',
+        description='whether ship/imu is logged at its full rate (when left out: in scenes of up '
+        'to a day)',
     )
 
 
 class Solver(Section):
-    """Settings of the numerical propagator; propagators in closed form have none."""
+    """Settings of numerical propagators."""
 
     accuracy: Number | None = Field(
         default=None,
-        description='error of the reading that may be made in a day of the run [s/day], 1e-9 to '
-        f'1, {ACCURACY:g} when left out without a tolerance; the tolerance follows from it, and '
-        'the rate of the ship where none is given',
+        description='largest error of the reading in a day of the run [s/day], 1e-9 to 1 (when '
+        f'left out without a tolerance: {ACCURACY:g}). It sets the tolerance and, unless given, '
+        'ship.rate',
     )
     tolerance: Number | None = Field(
         default=None,
-        description='relative error allowed in one step, 1e-15 to 1e-3, in place of an accuracy',
+        description='largest relative error of a step, 1e-15 to 1e-3, in place of an accuracy',
     )
 
     def problems(self) -> Iterator[Problem]:
@@ -418,14 +412,14 @@ class Solver(Section):
                 'accuracy',
                 LEAST_ACCURACY,
                 LARGEST_ACCURACY,
-                ' s/day, about what rounding and the first samples may leave',
+                ' s/day, about the error of rounding and of the first samples',
                 ' s/day: the phase of the clock would not be known',
             ),
             (
                 'tolerance',
                 LEAST_TOLERANCE,
                 LARGEST_TOLERANCE,
-                ', the rounding of double precision, which no step can meet',
+                ', the rounding of double precision',
                 ' of the swing in one step',
             ),
         ):
@@ -442,38 +436,36 @@ class Solver(Section):
             yield Problem(
                 'solver.tolerance',
                 self.tolerance,
-                f'does not go with solver.accuracy {self.accuracy:g} s/day, from which it follows',
+                f'follows from solver.accuracy {self.accuracy:g} s/day',
                 'Leave one of them out.',
             )
 
 
 # -----------------------------------------------------------------------------
-# The voyage: from port to port by way of waypoints, and the rules between its keys.
+# The voyage, from port to port.
 
 WIDEST_AWARD_NMI = 60.0
-"""Distance within which the Act of 1714 pays anything [nautical miles]."""
+"""Largest error for a prize by the Act of 1714 [nautical miles]."""
 
 HIGHEST_LATITUDE_DEG = math.degrees(math.acos(WIDEST_AWARD_NMI / (180.0 * 60.0)))
-"""89.68°; nearer to a pole half a parallel, 10800′ cos φ, is shorter than `WIDEST_AWARD_NMI`."""
+"""89.68°. Nearer to a pole half a parallel, 10800′ cos φ, is shorter than `WIDEST_AWARD_NMI`."""
 
 _NEAR_A_POLE = (
-    f'lies nearer to a pole than {HIGHEST_LATITUDE_DEG:.2f}°, where any longitude is within '
+    f'is nearer to a pole than {HIGHEST_LATITUDE_DEG:.2f}°: any longitude there is within '
     f'{WIDEST_AWARD_NMI:g} nautical miles of any other'
 )
 
-"""Years of `voyage.date`."""
-
 SAME_PLACE_DEG = 1e-9
-"""Places nearer to each other in latitude and longitude, a tenth of a millimetre, are the same."""
+"""Smaller differences of latitude and longitude, 0.1 mm, are the same place."""
 
 
 def _with_place(value: object) -> object:
-    """Accept a waypoint that is written as its place alone."""
+    """Accept a waypoint written as `[latitude, longitude]`."""
     return {'place': value} if isinstance(value, list | tuple) else value
 
 
 class Waypoint(Section):
-    """A place that the ship passes. Written as `[latitude, longitude]` it is not a landfall."""
+    """A place that the ship passes, also written as `[latitude, longitude]`."""
 
     place: Position = Field(description='[latitude, longitude] in degrees, north and east +')
     landfall: Flag = Field(
@@ -482,13 +474,13 @@ class Waypoint(Section):
     )
     at: SceneTime | None = Field(
         default=None,
-        description='time at which she is there, from the start [s]; when left out it follows '
-        'from the way, at constant speed between the times that are known',
+        description='time of passing it, from the start [s] (when left out: at constant speed '
+        'between the given times)',
     )
 
 
 def _plain_date(value: object) -> object:
-    """Return a day of the calendar; refuse numbers and times, which pydantic reads as dates."""
+    """Return a date, but not from numbers and times, which pydantic would convert."""
     if isinstance(value, datetime.date) and not isinstance(value, datetime.datetime):
         return value
     try:
@@ -498,45 +490,44 @@ def _plain_date(value: object) -> object:
 
 
 # -----------------------------------------------------------------------------
-# A log-book: places in time with wind and air (theory/logbooks.md).
+# A log-book: places, times, wind and air (theory/logbooks.md).
 
 FASTEST_KNOTS = 14.0
-"""A faster step of a log is a correction of the reckoning, not a motion [knots]."""
+"""A faster step of a log is a correction of the reckoning [knots]."""
 
 NEAREST_ENTRIES_S = 3600.0
 """Shortest time between two entries of a log [s]."""
 
 STRONGEST_WIND = 40.0
-"""Wind above the strongest class of the logs, 35 m/s [m/s]."""
+"""Limit of winds, above the strongest class of the logs, 35 m/s [m/s]."""
 
 AIR_CELSIUS = -60.0, 60.0
-"""Temperatures that air at sea may have [°C]."""
+"""Limits of the air temperature at sea [°C]."""
 
 FIRST_HOURS = 24.0
-"""Time for which the first wind of a log has blown [h]."""
+"""Duration of the first wind before its entry [h]."""
 
 LEAST_WIND = 1.0
-"""Wind below which no sea grows [m/s]."""
+"""Weaker winds raise no sea [m/s]."""
 
 VARIABLE_WINDS = (361.0, 362.0, 500.0, 999.0)
-"""Numbers by which CLIWOC says that a wind has no direction."""
+"""CLIWOC's numbers for a wind without a direction."""
 
 LogEntry: TypeAlias = tuple[
     OneLine, Latitude, Longitude, Number | None, Number | None, Number | None
 ]
-"""UTC, latitude, longitude, direction from which the wind blows [deg], its speed [m/s], and the
-temperature of the air [°C]."""
+"""UTC, latitude, longitude, direction the wind comes from [deg], its speed [m/s], air [°C]."""
 
 
 def has_wind(entry: LogEntry) -> bool:
-    """Return whether an entry says enough of the wind for a sea to grow, or not to grow."""
+    """Return whether an entry has the wind, with its direction unless it is weak."""
     wind_from, wind = entry[3:5]
     has_direction = wind_from is not None and wind_from not in VARIABLE_WINDS
     return wind is not None and (wind < LEAST_WIND or has_direction)
 
 
 class EntryProblem(NamedTuple):
-    """A problem of an entry of a log: its number from 0, the column, and the fault in words."""
+    """A problem of an entry of a log, numbered from 0."""
 
     entry: int
     column: str
@@ -546,19 +537,19 @@ class EntryProblem(NamedTuple):
 
 
 def log_time(text: str) -> datetime.datetime:
-    """Return the time of an entry, UTC without a zone; a ValueError names the fault."""
+    """Return the time of an entry, UTC without a zone, or raise ValueError."""
     return utc_in(text).replace(tzinfo=None)
 
 
 @lru_cache(maxsize=64)
 def _days(texts: tuple[str, ...]) -> tuple[float, ...]:
-    """Return the times of entries since the first one [days], parsed once a passage."""
+    """Return the times of entries since the first one [days]."""
     times = [log_time(text) for text in texts]
     return tuple((time - times[0]).total_seconds() / DAY_S for time in times)
 
 
 def nautical_miles(a: Position, b: Position) -> float:
-    """Return the distance between two places on a sphere [nmi], good to half a per cent."""
+    """Return the distance between two places on a sphere [nmi], to half a per cent."""
     south, north = math.radians(a[0]), math.radians(b[0])
     east = math.radians(b[1] - a[1])
     part = math.sin(0.5 * (north - south)) ** 2
@@ -570,7 +561,7 @@ def entry_problems(entries: Sequence[LogEntry], longest_gap_days: float) -> Iter
     """Yield the problems of the entries of a log: times, jumps, winds and temperatures."""
     if len(entries) < 2:
         why = f'has {len(entries) or "no"} entr{"y" if len(entries) == 1 else "ies"}'
-        yield EntryProblem(0, '', ABSENT, f'{why}: she sails from one to the next', 'Add more.')
+        yield EntryProblem(0, '', ABSENT, f'{why}: a passage needs two', 'Add more.')
     times: list[datetime.datetime] = []
     for number, (utc, latitude, longitude, *_) in enumerate(entries):
         try:
@@ -584,26 +575,26 @@ def entry_problems(entries: Sequence[LogEntry], longest_gap_days: float) -> Iter
         took_s = (times[-1] - times[-2]).total_seconds()
         miles = nautical_miles(entries[number - 1][1:3], (latitude, longitude))
         if took_s < NEAREST_ENTRIES_S:
-            why = 'is the time of the entry before, too'
+            why = 'is the time of the previous entry, too'
             if took_s < 0.0:
-                why = f'is earlier than the entry before, {entries[number - 1][0]}'
+                why = f'is earlier than the previous entry, {entries[number - 1][0]}'
             elif took_s > 0.0:
-                why = f'comes {took_s / 60.0:.3g} minutes after the entry before'
+                why = f'is {took_s / 60.0:.3g} minutes after the previous entry'
             remedy = 'Sort the entries, and keep one of two that are less than an hour apart.'
             yield EntryProblem(number, 'utc', utc, why, remedy)
         elif took_s > longest_gap_days * DAY_S:
-            why = f'comes {took_s / DAY_S:.3g} days after the entry before; more than '
+            why = f'is {took_s / DAY_S:.3g} days after the previous entry; more than '
             why += f'{longest_gap_days:g} (longest_gap_days) are not bridged'
             yield EntryProblem(number, 'utc', utc, why, 'Cut the passage there, or fill the gap.')
         elif miles > FASTEST_KNOTS * took_s / 3600.0:
-            why = f'is {miles:.0f} nautical miles from the entry before, {took_s / 3600.0:.3g} '
-            why += f'hours earlier; she makes at most {FASTEST_KNOTS:g} knots'
+            why = f'is {miles:.0f} nautical miles from the previous entry, {took_s / 3600.0:.3g} '
+            why += f'hours earlier; a ship makes at most {FASTEST_KNOTS:g} knots'
             remedy = 'Correct the place, or cut the passage where the reckoning was corrected.'
             yield EntryProblem(number, 'latitude', [latitude, longitude], why, remedy)
 
 
 def _problems_of_entry(number: int, entry: LogEntry) -> Iterator[EntryProblem]:
-    """Yield the problems of an entry by itself: place, wind and temperature."""
+    """Yield the problems of the place, wind and temperature of an entry."""
     _, latitude, _, wind_from, wind, celsius = entry
     if abs(latitude) > HIGHEST_LATITUDE_DEG:
         yield EntryProblem(number, 'latitude', latitude, _NEAR_A_POLE, 'Correct it.')
@@ -613,7 +604,7 @@ def _problems_of_entry(number: int, entry: LogEntry) -> Iterator[EntryProblem]:
         yield EntryProblem(number, 'wind_from_deg', wind_from, why, remedy)
     if wind is not None and not 0.0 <= wind <= STRONGEST_WIND:
         why = f'must lie between 0 and {STRONGEST_WIND:g} m/s; a hurricane has 35'
-        remedy = 'Leave it empty where there is none.'
+        remedy = 'Leave it empty if it was not recorded.'
         if wind > 0.0:
             remedy = f'Write {wind * 1852.0 / 3600.0:.3g} if it is in knots.'
         yield EntryProblem(number, 'wind_mps', wind, why, remedy)
@@ -622,15 +613,15 @@ def _problems_of_entry(number: int, entry: LogEntry) -> Iterator[EntryProblem]:
         yield EntryProblem(number, 'air_celsius', celsius, why, 'Give it in °C.')
 
 
-# Keys of a log-book, whether its entries are in the scene or in a file.
+# keys of a log-book in the scene or in a file
 _HarbourDays: TypeAlias = Annotated[
     float,
     Strict(),
     Field(
         ge=0.0,
         le=1000.0,
-        description='time in still water before the first entry, at its place, so that the clock '
-        'can be rated; the log does not hold it, 0 to 1000 [days]',
+        description='time in still water at the place of the first entry before it, for rating '
+        'the clock, 0 to 1000 [days]',
     ),
 ]
 _LongestGapDays: TypeAlias = Annotated[
@@ -645,11 +636,11 @@ class VoyageLog(Section):
     passage: OneLine = Field(description='name of the passage there')
     ship: OneLine | None = Field(default=None, description='name of the ship')
     nation: OneLine | None = Field(default=None, description='nation of the ship')
-    sailed_from: OneLine | None = Field(default=None, description='port from which she came')
-    bound_to: OneLine | None = Field(default=None, description='port to which she went')
+    sailed_from: OneLine | None = Field(default=None, description='port of departure')
+    bound_to: OneLine | None = Field(default=None, description='port of destination')
     entries: Annotated[tuple[LogEntry, ...], Field(max_length=10_000)] = Field(
-        description='list of [UTC, latitude, longitude, direction from which the wind blows '
-        '(degrees), its speed (m/s), air (°C)]; null where there is none, at most 10000'
+        description='list of at most 10000 [UTC, latitude, longitude, direction the wind comes '
+        'from (degrees), its speed (m/s), air (°C)], the last three or null'
     )
     harbour_days: _HarbourDays = 0.0
     longest_gap_days: _LongestGapDays = 6.0
@@ -697,11 +688,11 @@ class VoyageLog(Section):
 
 
 class LogFile(Section):
-    """A log-book in a file; the scene that runs contains the entries of the passage."""
+    """A log-book in a file. The loaded scene contains the entries of the passage."""
 
     path: OneLine = Field(description='the log-book (`tauto logbook` lists its passages)')
     passage: OneLine | None = Field(
-        default=None, description='name of the passage; not needed where the file has only one'
+        default=None, description='name of the passage, unless the file has only one'
     )
     winds: OneLine | None = Field(
         default=None,
@@ -712,7 +703,7 @@ class LogFile(Section):
 
 
 def log_of_voyage(voyage: object) -> VoyageLog | None:
-    """Return the log of a voyage that is not checked yet; None without one that is sound."""
+    """Return the log of an unchecked voyage, None without a valid one."""
     if not isinstance(voyage, dict) or not isinstance(voyage.get('log'), dict):
         return None
     try:
@@ -723,7 +714,7 @@ def log_of_voyage(voyage: object) -> VoyageLog | None:
 
 
 class Itinerary(Section):
-    """From port to port, at constant speed between places with times; from the scene's start."""
+    """A voyage from port to port, at constant speed between places with times."""
 
     departure: Position = Field(description='[latitude, longitude] in degrees, north and east +')
     waypoints: (
@@ -740,30 +731,30 @@ class Itinerary(Section):
     track: Literal['geodesic', 'rhumb'] | None = Field(
         default=None,
         description='geodesic, the shortest route between places, or rhumb, a constant course '
-        'between places; geodesic when left out',
+        '(when left out: geodesic)',
     )
     date: Annotated[datetime.date, BeforeValidator(_plain_date)] | None = Field(
         default=None,
-        description='day on which she sails, as 1761-11-18, at Greenwich and in the Gregorian '
-        'calendar, 1500 to 2999; for the climate of the air',
+        description='day of sailing, such as 1761-11-18, at Greenwich and in the Gregorian '
+        'calendar, 1500 to 2999, for the climate of the air',
     )
     sails_at: SceneTime = Field(description='time of setting sail, from the start [s]')
     arrives_at: SceneTime | None = Field(
-        default=None, description='time of landfall, from the start [s]; or give speed'
+        default=None, description='time of landfall, from the start [s], or give speed'
     )
     speed: Positive | None = Field(
-        default=None, description='speed over the ground [m/s]; or give arrives_at'
+        default=None, description='speed over the ground [m/s], or give arrives_at'
     )
     log: VoyageLog | None = Field(
         default=None,
-        description='mapping: path, passage, harbour_days; a log-book in place of departure, '
-        'waypoints, arrival, date and times',
+        description='mapping: path, passage, harbour_days (a log-book in place of departure, '
+        'waypoints, arrival, date and times)',
     )
 
     @model_validator(mode='before')
     @classmethod
     def _by_its_log(cls, keys: Any) -> Any:
-        """Take places and times from the log; one that is wrong is reported by itself."""
+        """Take places and times from the log. A wrong log reports its own problems."""
         if not isinstance(keys, dict) or keys.get('log') is None:
             return keys
         log = log_of_voyage(keys)
@@ -774,7 +765,7 @@ class Itinerary(Section):
             Problem(
                 f'voyage.{key}',
                 keys[key],
-                'does not go with voyage.log, from which it follows',
+                'follows from voyage.log',
                 'Leave one of them out.',
             )
             for key in _BY_LOG
@@ -801,14 +792,14 @@ class Itinerary(Section):
 
     @property
     def times(self) -> tuple[float | None, ...]:
-        """When she is at each of the places [s]; None where it follows from the way."""
+        """Given times at each of the places [s]."""
         between = (point.at for point in self.waypoints or ())
         return (self.sails_at, *between, self.arrives_at)
 
     def day_at(self, stamp_s: float, starts_at: float) -> float:
-        """Return the proleptic Gregorian ordinal of a stamp [days]; only with a `date`.
+        """Return the proleptic Gregorian ordinal of a stamp [days], with a `date`.
 
-        Days begin at stamps that are whole days, so that stamp 0 is midnight at Greenwich.
+        Stamp 0 is midnight at Greenwich.
 
         Args:
             stamp_s: the stamp [s].
@@ -819,7 +810,7 @@ class Itinerary(Section):
         return self.date.toordinal() - sails + stamp_s / DAY_S
 
     def problems(self) -> Iterator[Problem]:
-        """Yield the contradictions between its keys, without computing the route."""
+        """Yield the problems of the keys, without computing the route."""
         wrong = [] if self.log is None else list(self.log.problems())
         if wrong:
             yield from wrong
@@ -835,14 +826,14 @@ class Itinerary(Section):
             yield Problem(
                 'voyage.arrives_at',
                 ABSENT,
-                'is missing, and there is no speed in its place',
+                'is missing, and there is no speed',
                 'Write `arrives_at: …`, time of landfall from the start [s], or `speed: …` [m/s].',
             )
         if self.arrives_at is not None and self.speed is not None:
             yield Problem(
                 'voyage.speed',
                 self.speed,
-                f'does not go with voyage.arrives_at, {self.arrives_at!r} s; one is enough',
+                f'does not go with voyage.arrives_at, {self.arrives_at!r} s',
                 'Leave one of them out.',
             )
         sails_ns = nanoseconds(self.sails_at)
@@ -867,15 +858,15 @@ class Itinerary(Section):
             turn = abs(math.remainder(b[1] - a[1], 360.0))
             is_same = max(abs(b[0] - a[0]), turn) < SAME_PLACE_DEG
             lies_there = None not in self.times[index - 1 : index + 1]
-            # a ship may lie in port throughout, but then a time of arrival is needed
+            # a ship may stay in port throughout, but then a time of arrival is needed
             if is_same and not lies_there and (self.waypoints or self.speed is not None):
                 yield Problem(
                     key_of_place(self, index),
                     list(b),
                     f'is the same place as {key_of_place(self, index - 1)}, before it',
-                    'Leave one of them out, correct it, or say by `at` how long she lies there.'
+                    'Leave one of them out, correct it, or give both a time `at`.'
                     if self.waypoints
-                    else 'Give arrives_at in place of speed, or another place.',
+                    else 'Give arrives_at in place of speed, or correct the place.',
                 )
             elif self.track == 'rhumb' and turn == 180.0:
                 yield Problem(
@@ -883,7 +874,7 @@ class Itinerary(Section):
                     list(b),
                     f'is 180° of longitude from {key_of_place(self, index - 1)}: the rhumb lines '
                     'to the east and to the west are equally long',
-                    'Put a waypoint on the side that is meant.',
+                    'Put a waypoint on the intended side.',
                 )
 
     def _out_of_order(self) -> Iterator[Problem]:
@@ -894,7 +885,7 @@ class Itinerary(Section):
             yield Problem(
                 f'{key_of_place(self, index)}.at',
                 at,
-                'does not go with voyage.speed: her speeds follow from the times',
+                'does not go with voyage.speed: speeds follow from the times',
                 'Give arrives_at in place of speed.',
             )
             return
@@ -910,12 +901,12 @@ class Itinerary(Section):
                 )
 
 
-# Keys of a voyage that follow from its log.
+# keys of a voyage that follow from its log
 _BY_LOG = ('departure', 'waypoints', 'arrival', 'date', 'sails_at', 'arrives_at', 'speed')
 
 
 def key_of_place(voyage: Itinerary, index: int) -> str:
-    """Return the path to the key of one of `voyage.places`."""
+    """Return the key of one of `voyage.places`."""
     if voyage.log is not None:
         return f'voyage.log.entries[{index}]'
     if index == 0:

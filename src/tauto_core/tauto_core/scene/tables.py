@@ -1,8 +1,7 @@
-"""The data files of a scene: where they lie, and their tables, with the line of each row.
+"""The data files of a scene: their paths, and their tables with line numbers.
 
-The first line of a file names its columns; other columns are ignored. Files are
-CSV, or have their cells divided by spaces. A file is read row by row, so that a large one takes
-8 bytes a number.
+The first line of a file names its columns. Other columns are ignored. Files are
+CSV or separated by blanks. Reading takes 8 bytes per number.
 
     table = read_table(
         path,
@@ -44,36 +43,32 @@ from tauto_core.scene import times
 from tauto_core.scene.errors import ABSENT, Problem, SceneError, UsageError
 
 # -----------------------------------------------------------------------------
-# Where data files lie, and which may be read.
+# Paths of data files, and which files may be read.
 #
-# A path is either `shipped:<folder>/<file>`, data that come with the package, or a file of the
-# user. A built-in path means the same on every machine, so a bag may contain it.
+# `shipped:<folder>/<file>` names data of the package, the same on every machine. Bags may contain
+# such paths.
 
 PREFIX = 'shipped:'
 _DATA = Path(__file__).parent / 'data'
 
 LARGEST_BYTES = 2**28
-"""Largest data file that is read, 256 MiB: motion at 20 Hz for six days. Bags have no limit."""
+"""Largest data file: 256 MiB, six days of motion at 20 Hz. Bags have no limit."""
 
 
 def is_shipped(path: str) -> bool:
-    """Return whether a path names data that come with the package."""
+    """Return whether a path names data of the package."""
     return path.startswith(PREFIX)
 
 
 def shipped_data() -> list[str]:
-    """Return the built-in paths of all data files that come with the package."""
+    """Return the built-in paths of all data files of the package."""
     return sorted(PREFIX + file.relative_to(_DATA).as_posix() for file in _DATA.rglob('*.csv'))
 
 
 def data_path(path: str) -> Path:
     """Return the location of a scene's data file, whether it exists or not.
 
-    Args:
-        path: `shipped:<folder>/<file>`, or a path of the file system.
-
-    Raises:
-        UsageError: a built-in path that leads out of the built-in data.
+    UsageError if a built-in path leads out of the built-in data.
     """
     if not is_shipped(path):
         return Path(path)
@@ -86,20 +81,16 @@ def data_path(path: str) -> Path:
 
 
 def source_name(path: str) -> str:
-    """Return the name by which a scene refers to a file whose contents it contains.
-
-    A built-in path stays as it is; of another path the folder is left out.
-    """
+    """Return a built-in path, or the name of another file without its folder."""
     return path if is_shipped(path) else Path(path).name
 
 
 def missing_file(
     key: str, path: str, *, folders: bool = False, any_size: bool = False
 ) -> list[Problem]:
-    """Return why a file, named by a key of a scene, cannot be read: one problem, or none.
+    """Return the problem, if any, that prevents reading the file named by a key of a scene.
 
-    A folder is allowed where it may be a bag (`folders`), and a file of any size where only a part
-    of it is read (`any_size`).
+    `folders` allows a folder (a bag), `any_size` a file of any size.
     """
     shipped = f'Built-in data: {", ".join(shipped_data())}.'
     try:
@@ -107,7 +98,7 @@ def missing_file(
     except UsageError:
         return [Problem(key, path, 'must stay within the built-in data', shipped)]
     remedy = (
-        shipped if is_shipped(path) else "Give a path from the scene's folder, or an absolute."
+        shipped if is_shipped(path) else "Give a path from the scene's folder, or an absolute one."
     )
     try:
         file.stat()
@@ -127,10 +118,9 @@ def missing_file(
 
 
 def why_unreadable(file: Path, *, bag: bool = False) -> str:
-    """Return why a file is not to be opened as data; empty if it may be.
+    """Return why a file must not be opened as data, or ''. A `bag` may be a folder, of any size.
 
-    Pipes and devices are refused by their kind, before they are opened: to open a pipe without a
-    writer blocks, and a device such as /dev/zero has no end. A bag may be a folder, of any size.
+    Opening a pipe without a writer blocks, and a device such as /dev/zero has no end.
     """
     try:
         status = file.stat()
@@ -139,18 +129,18 @@ def why_unreadable(file: Path, *, bag: bool = False) -> str:
     if bag and stat.S_ISDIR(status.st_mode):
         return ''
     if not stat.S_ISREG(status.st_mode):
-        return 'is not a regular file; pipes, devices and folders are not read'
+        return 'is not a regular file (pipes, devices and folders are not read)'
     if status.st_size > LARGEST_BYTES and not bag:
         return f'has {status.st_size} bytes; a data file may have at most {LARGEST_BYTES}'
     return ''
 
 
 def read_data(file: Path, limit: int = LARGEST_BYTES) -> bytes:
-    """Return the content of a regular file of at most so many bytes; another is an OSError.
+    """Return the content of a regular file of at most `limit` bytes, or raise OSError.
 
-    What grows while it is read, or states no size (`/proc`), ends at the limit as well.
+    The limit also holds for files that grow, or state no size (`/proc`).
     """
-    if stat.S_ISDIR(file.stat().st_mode):  # what is not there is the error of that
+    if stat.S_ISDIR(file.stat().st_mode):
         raise IsADirectoryError(errno.EISDIR, 'it is a folder')
     if reason := why_unreadable(file):
         raise OSError(errno.EINVAL, reason)
@@ -161,15 +151,13 @@ def read_data(file: Path, limit: int = LARGEST_BYTES) -> bytes:
     return content
 
 
-# A word that may name a column.
+# a word that may name a column
 _NAME = re.compile(r'[^\W\d][\w .%°/()-]{0,31}')
 
 
 def header_words(cells: Sequence[str]) -> str:
-    """Return the names in a header, for a message; nothing of a line that has no names.
-
-    A file that was named by mistake may be confidential.
-    """
+    """Return the names in a header, for a message, but no other text, which may be
+    confidential."""
     if not all(_NAME.fullmatch(cell) for cell in cells):
         return 'no names'
     return ', '.join(cells[:12]) + ', …' * (len(cells) > 12) or 'none'
@@ -185,38 +173,37 @@ def words_of(error: Exception) -> str:
 # Columns of numbers.
 
 MISSING = frozenset({'', 'MM', 'nan', 'NaN', 'NA'})
-"""Cells that mean that nothing was measured, in columns with gaps."""
+"""Cells without a measurement, in columns with gaps."""
 
 CORRECT = 'Correct or drop the row.'
 
 TIME_UNITS = {'_s': 1.0}
 ANGLE_UNITS = {'_rad': 1.0, '_deg': math.pi / 180.0}
 LENGTH_UNITS = {'_m': 1.0}
-"""Factors to SI units and radians by the suffix of a column that the user names."""
+"""Factors to SI units and radians by the suffix of the column's name."""
 WIDER = 1.5
-"""A step longer than this many usual ones counts as a gap."""
+"""A step longer than this many median steps is a gap."""
 
 
 @dataclass(frozen=True)
 class Column:
-    """A wanted column, with the conditions on its numbers.
+    """A column to be read, with conditions on its numbers.
 
     Attributes:
         name: its heading.
         optional: whether the file may lack it.
-        utc: whether the cells are dates and times, as 2000-01-01T02:00; they become seconds since
+        utc: whether cells are dates and times, such as 2000-01-01T02:00, read as seconds since
             1970.
-        gaps: the effect of a cell without a number (`MISSING`): 'refuse' the file, 'skip' the
-            row, or become 'nan'.
-        nines: a number from here on also means that nothing was measured (buoys write 99 or 999).
-        factor: multiplies the numbers, to convert their unit.
-        unit: for messages [after the conversion].
+        gaps: effect of a cell without a number (`MISSING`): 'refuse' the file, 'skip' the row, or
+            read 'nan'.
+        nines: numbers from here on are missing values (buoys write 99 or 999).
+        factor: converts the unit of the numbers.
+        unit: unit after the conversion, for messages.
         above: exclusive lower limit.
         least: inclusive lower limit.
         most: inclusive upper limit.
         why: reason for the limits, for messages.
-        rising: how each number must compare with the one before, which must be less, such as
-            'later than the time before'; empty: in any order.
+        rising: if not empty, numbers must increase, in words such as 'later than the time before'.
         remedy: advice for a number that is refused.
     """
 
@@ -235,7 +222,7 @@ class Column:
     remedy: str = CORRECT
 
     def number(self, file: str, line: int, cell: str) -> float:
-        """Return the number in a cell; NaN where nothing was measured. Other text is refused."""
+        """Return the number in a cell, NaN for a missing value, or raise SceneError."""
         where = f'line {line}, {self.name}'
         if self.gaps != 'refuse' and cell.strip() in MISSING:
             return math.nan
@@ -258,7 +245,7 @@ class Columns:
         name: name of the file as the user wrote it.
         values: the numbers of each column, arrays of shape (n,).
         places: place of each row, (n,), such as its line.
-        kind: the word before the place of a row: `line`, or `message` for those of a bag.
+        kind: the word before a place, `line` or for a bag `message`.
     """
 
     name: str
@@ -276,7 +263,7 @@ class Columns:
         return self.values[column]
 
     def rows(self, which: IntArray | NDArray[np.bool_]) -> Columns:
-        """Return some of the rows, by their numbers or by a mask, with their places."""
+        """Return rows by their numbers or a mask, with their places."""
         values = {column: numbers[which] for column, numbers in self.values.items()}
         return Columns(self.name, values, np.asarray(self.places)[which], self.kind)
 
@@ -285,13 +272,13 @@ class Columns:
         return f'{self.kind} {self.places[row]}'
 
     def refusal(self, row: int, column: str, problem: str, remedy: str = CORRECT) -> SceneError:
-        """Return the error that names file, place, column (empty: the whole row) and number."""
+        """Return the error with file, place, column ('': whole row) and number."""
         value = float(self[column][row]) if column else ABSENT
         where = ', '.join(filter(None, (self.where(row), column)))
         return SceneError(self.name, where, value, problem, remedy)
 
     def check(self, *columns: Column) -> None:
-        """Refuse the first number of a column beyond its limits or out of order; NaN passes."""
+        """Raise SceneError for the first number out of range or order. NaN is allowed."""
         for column in columns:
             values, unit = self[column.name], f' {column.unit}' if column.unit else ''
             limits = (
@@ -314,16 +301,15 @@ class Columns:
     def gaps(
         self, column: str, longest: float, *, after: str = 'row', limit: str, remedy: str
     ) -> int:
-        """Return the number of gaps in a rising column of times that are bridged.
+        """Return the number of gaps, steps above `WIDER` medians, in a column of times.
 
-        A gap is a step of more than `WIDER` times the usual one, the median. A step that is longer
-        than `longest` [s], which the key `limit` sets, or none at all is refused; `after` is what
-        the row before is called.
+        SceneError for a step of 0 or less, or longer than `longest` [s], the value of the key
+        `limit`. `after` is the word for the previous row.
         """
         steps = np.diff(self[column])
         for row, step in enumerate(steps.tolist(), start=1):
             if step <= 0.0:
-                raise self.refusal(row, '', 'has the time of another row', 'Drop what is double.')
+                raise self.refusal(row, '', 'has the time of another row', 'Drop one of them.')
             if step > longest:
                 problem = f'comes {step:g} s after the last {after}; {limit} is {longest!r} s'
                 raise self.refusal(row, '', problem, remedy)
@@ -334,21 +320,21 @@ class Columns:
 def read_table(
     path: str, columns: Sequence[Column], *, remedy: str, divided: Literal[',', ' '] = ','
 ) -> Columns:
-    """Read columns of numbers; blank lines are skipped.
+    """Read columns of numbers, skipping blank lines.
 
-    Columns whose gaps skip a row are read first; the other cells of such a row are not looked at.
+    If a gap skips a row, its other cells are not checked.
 
     Args:
         path: `shipped:<folder>/<file>`, or a path of the file system.
-        columns: the columns wanted, with their limits.
+        columns: the columns, with their limits.
         remedy: advice for a file that is not of this form.
-        divided: the separator of the cells. With ' ', a `#` may precede the header, and lines that
-            begin with one are skipped.
+        divided: separator of the cells. With ' ', a `#` may precede the header, and other lines
+            that begin with `#` are skipped.
 
     Raises:
-        SceneError: no regular file, too large, unreadable or empty; a column missing or named
-            twice; a row of another length; a cell without a finite number; a number beyond its
-            limits or out of order. With the line.
+        SceneError: with the line: no regular file, too large, unreadable or empty, a column
+            missing or named twice, a row of another length, a cell without a finite number, a
+            number out of range or order.
     """
     with _opened(path, divided, remedy) as rows:
         _, header = next(rows, (1, []))
@@ -387,17 +373,14 @@ def read_table(
 
 
 def read_header(path: str, *, remedy: str, divided: Literal[',', ' '] = ',') -> list[str]:
-    """Return the names of all columns of a file, where the choice of columns depends on them.
-
-    Args and errors: as `read_table`.
-    """
+    """Return the names of all columns of a file, with arguments and errors of `read_table`."""
     with _opened(path, divided, remedy) as rows:
         return next(rows, (1, []))[1]
 
 
 @contextmanager
 def _opened(path: str, divided: str, remedy: str) -> Iterator[Iterator[tuple[int, list[str]]]]:
-    """Open a file; give the number of each line and its cells, the header first."""
+    """Open a file and yield number and cells of each line, first the header."""
     file = data_path(path)
     reason = why_unreadable(file)
     if reason:
@@ -427,9 +410,9 @@ def _cells(lines: Iterable[str], divided: str) -> Iterator[tuple[int, list[str]]
 
 
 def unit_factor(file: str, key: str, column: str, units: Mapping[str, float]) -> float:
-    """Return the factor to SI units and radians of a column whose name ends in its unit.
+    """Return the factor to SI units and radians by the suffix of a column's name.
 
-    Other suffixes than those of `units`, such as `ANGLE_UNITS`, are refused under `key`.
+    SceneError at `key` for a suffix that is not in `units`, such as `ANGLE_UNITS`.
     """
     for suffix, factor in units.items():
         if column.endswith(suffix):
@@ -439,7 +422,7 @@ def unit_factor(file: str, key: str, column: str, units: Mapping[str, float]) ->
 
 
 def utc(file: str, key: str, text: str) -> datetime:
-    """Return a date and time in UTC, as `times.utc_in`; its refusal names file and key."""
+    """Return a date and time in UTC, or raise SceneError with file and key."""
     try:
         return times.utc_in(text)
     except ValueError as error:

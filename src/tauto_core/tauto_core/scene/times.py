@@ -1,7 +1,4 @@
-"""Times as whole nanoseconds, numbers and dates in texts, default numbers of scenes.
-
-No NumPy, no pydantic.
-"""
+"""Times in whole nanoseconds, numbers and dates in texts, constants. No NumPy, no pydantic."""
 
 from __future__ import annotations
 
@@ -14,31 +11,31 @@ NS_PER_S = 1_000_000_000
 DAY_S = 86_400.0
 
 # -----------------------------------------------------------------------------
-# Default numbers of scenes, apart from the models so that using them loads no pydantic.
+# Constants of scenes that are used without pydantic.
 
 STANDARD_GRAVITY = 9.80665
-"""Standard gravity [m/s2]; exact by definition (3rd CGPM, 1901)."""
+"""Standard gravity [m/s2], exact by definition (3rd CGPM, 1901)."""
 
 LEGIBLE = 0.25
 """Error of a reading, in periods, above which the phase is lost."""
 
 
-# builtin_interfaces/Time has whole seconds in 32 bits, including the sign.
+# builtin_interfaces/Time has seconds as int32
 LAST_STAMP_S = 2**31 - 1
-# Number of samples that interpolation needs beyond the end of a motion.
+# samples that interpolation needs beyond the end of a motion
 LOOKAHEAD = 4
 EPOCH_1990_NS = 631_152_000 * 10**9
-"""Stamps before 1990 are of a simulation, or of a computer whose clock is not set [ns]."""
+"""Earlier stamps come from a simulation, or from a computer without a set clock [ns]."""
 
 MAX_GAP_S = 1.0
 """Longest time between samples of the motion that is interpolated [s]."""
 
 
-@lru_cache(1024)  # a voyage asks for some times again and again
+@lru_cache(1024)  # a voyage converts some times again and again
 def exact_nanoseconds(seconds: float) -> Fraction:
-    """Return seconds as nanoseconds, exact in the shortest decimal that reads back as `seconds`.
+    """Return seconds as nanoseconds, from the shortest decimal that reads back as `seconds`.
 
-    0.1 s is 100 000 000 ns, not the 100 000 000.0000000055 ns of its binary value.
+    0.1 s is 100 000 000 ns, not 100 000 000.0000000055 ns.
     """
     return Fraction(repr(float(seconds))) * NS_PER_S
 
@@ -65,16 +62,16 @@ def whole_intervals(length_ns: int, interval_ns: int) -> int:
 
 
 # -----------------------------------------------------------------------------
-# Numbers and dates as they stand in tables, logs and tracks.
+# Numbers and dates in tables, logs and tracks.
 
 EARLIEST_YEAR, LATEST_YEAR = 1500, 2999
-"""Years that a date may have; no sum of it and of a voyage leaves the calendar."""
+"""Limits of years: a date plus a voyage stays within the calendar."""
 
 
 def number_in(text: str) -> float:
-    """Return the number that a text is, such as 1.5e3 or nan; a ValueError for other text.
+    """Return the number in a text, such as 1.5e3 or nan, or raise ValueError.
 
-    Python reads 1_0 as 10, and the digits of every script. In a table such a cell is a slip.
+    Unlike in Python, 1_0 and digits of other scripts are errors.
     """
     with suppress(ValueError):
         if '_' not in text and text.isascii():
@@ -83,7 +80,7 @@ def number_in(text: str) -> float:
 
 
 def utc_in(text: str) -> datetime:
-    """Return a date and time in UTC, such as 2000-01-01T02:00; a ValueError names the fault."""
+    """Return a date and time in UTC, such as 2000-01-01T02:00, or raise ValueError."""
     if 'T24' in text or ' 24:' in text:
         raise ValueError('has the hour 24; write 00:00 of the next day')
     try:
@@ -94,16 +91,16 @@ def utc_in(text: str) -> datetime:
 
 
 def in_utc(instant: datetime) -> datetime:
-    """Return a time in UTC, where one without a zone is; a ValueError outside the known years."""
+    """Return a time in UTC, also without a zone, or raise ValueError."""
     if not EARLIEST_YEAR <= instant.year <= LATEST_YEAR:
         raise ValueError(f'must lie in the years {EARLIEST_YEAR} to {LATEST_YEAR}')
     return instant.replace(tzinfo=UTC) if instant.tzinfo is None else instant.astimezone(UTC)
 
 
 def utc_on(year: float, month: float, day: float, seconds: float) -> datetime:
-    """Return a time in UTC, to a second, of numbers in a table; a ValueError if there is none.
+    """Return a time in UTC, rounded to seconds, from date and seconds since midnight.
 
-    The seconds count from midnight, and are less than a day.
+    ValueError for a wrong date, or seconds outside [0, 86400).
     """
     if not all(map(float.is_integer, (year, month, day))):
         raise ValueError('year, month and day must be whole numbers')

@@ -1,19 +1,19 @@
-"""Numbers with a unit in words, `5 mm` or `60 deg`, wherever a number with a unit is asked.
+"""Numbers with a unit in words, such as `5 mm` or `60 deg`.
 
-A key of a scene declares its unit in brackets in its description, such as `[m]` or `[kg m2]`. A
-text of a number and a unit becomes the number in that unit; a unit of another kind is refused.
+The description of a key declares its unit in brackets, such as `[m]` or `[kg m2]`. A text of a
+number and a unit is converted to it. A unit of another kind is refused.
 
     in_unit('5 mm', 'm')      # 0.005
     in_unit('12 kn', 'm/s')   # 6.173333333333334
     in_unit('5 min', 'm')     # '5 min', which `misfit` explains
 
-The arithmetic is exact up to the last rounding, so that `9.3 mm` is the number 0.0093, and an
-angle in degrees is that of `math.radians`. No NumPy, no pydantic.
+Conversions are exact up to the last rounding: `9.3 mm` is the number 0.0093, and degrees are
+converted as by `math.radians`. No NumPy, no pydantic.
 
-Sources: the international foot, 0.3048 m, and pound, 0.45359237 kg, of 1959, and the nautical
-mile, 1852 m, of 1929 (NIST SP 811, appendix B). The Rhenish foot is the 139.13 Paris lines,
-313.85 mm, that Prussia fixed in 1816; older standards differ in the fourth digit. The Paris foot
-is that of 1766, 324.84 mm; the pound of Paris (poids de marc) is 489.5 g.
+Sources: NIST SP 811, appendix B, for the international foot (0.3048 m) and pound (0.45359237 kg)
+of 1959 and the nautical mile (1852 m) of 1929. The Rhenish foot has 139.13 Paris lines, 313.85 mm
+(Prussia, 1816). Older standards differ in the fourth digit. The Paris foot is 324.84 mm (1766),
+the pound of Paris (poids de marc) 489.5 g.
 """
 
 from __future__ import annotations
@@ -36,10 +36,10 @@ class Unit(NamedTuple):
     """A unit, as a factor to SI units and radians.
 
     Attributes:
-        scale: the factor, without that of degrees.
+        scale: the factor, without powers of π/180.
         powers: of metre, kilogram, second, kelvin and radian.
         degrees: power of π/180 in the factor.
-        zero: kelvin at the zero of a scale of temperature; 0 for all else.
+        zero: zero point of a temperature scale [K], otherwise 0.
     """
 
     scale: Fraction
@@ -76,7 +76,7 @@ _KINDS = {
 
 @cache
 def unit_table() -> dict[str, Unit]:
-    """Return all units by name; those with prefixes and plurals among them."""
+    """Return all units by name, with prefixes and plurals."""
     kinds = {kind: powers for powers, kind in _KINDS.items()}
     table: dict[str, Unit] = {}
     for kind, units in {
@@ -107,7 +107,7 @@ def unit_table() -> dict[str, Unit]:
     for prefix, power in {'n': -9, 'u': -6, 'µ': -6, 'm': -3, 'c': -2, 'k': 3}.items():
         factor = Fraction(f'1e{power}')
         for name in ('m', 'g', 's', 'rad', 'Hz', 'N', 'J'):
-            # nm is left out, since sailors mean nautical miles; cs or km of these are not in use
+            # for sailors nm is the nautical mile. Centi is used with metres only
             if prefix + name != 'nm' and (prefix != 'c' or name == 'm'):
                 table[prefix + name] = Unit(factor * table[name].scale, table[name].powers)
     for name, aliases in {
@@ -141,13 +141,13 @@ NUMBER = r'[-+−]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]{1,3})?'
 _MEASURE = rf'({NUMBER})\s*([^\s0-9.,].{{0,30}})'
 _BEGINNINGS = frozenset('+-−.0123456789')
 _FACTOR = r'([A-Za-zµμ°][A-Za-zµμ°_]*)(?:\^|\*\*)?([-+]?[1-9])?'
-# Characters of a text that are read.
+# longest text that is read
 _LONGEST = 80
 
 
 @cache
 def unit_of(text: str) -> Unit | None:
-    """Return a unit of such factors as `m`, `kg m2`, `m/s2` or `1/K`; None where it is none."""
+    """Return a unit such as `m`, `kg m2`, `m/s2` or `1/K`, or None for other text."""
     text = text.replace('²', '2').replace('³', '3').replace('μ', 'µ')
     table = unit_table()
     if text in table:
@@ -171,7 +171,7 @@ def unit_of(text: str) -> Unit | None:
 
 @cache
 def declared(description: str | None) -> str | None:
-    """Return the unit in brackets that a description of a key or an option declares; or None."""
+    """Return the unit in brackets in the description of a key or an option, if any."""
     for text in re.findall(r'\[([^\[\]]+)\]', description or ''):
         if unit_of(text) is not None:
             return str(text)
@@ -179,10 +179,11 @@ def declared(description: str | None) -> str | None:
 
 
 def in_words(value: object) -> bool:
-    """Return whether a value is a text that begins as a number with a unit, or has such in it."""
+    """Return whether a value is a text that looks like a number with a unit, or a list with
+    one."""
     if isinstance(value, str):
         text = value.strip()[: _LONGEST + 1]
-        # most texts are words, for which no expression need be compiled
+        # most texts are words: compile no expression for them
         return text[:1] in _BEGINNINGS and re.fullmatch(_MEASURE, text) is not None
     if isinstance(value, list | tuple) and not {str, list, tuple}.isdisjoint(map(type, value)):
         return any(map(in_words, value))
@@ -190,9 +191,9 @@ def in_words(value: object) -> bool:
 
 
 def in_unit(value: object, unit: str) -> object:
-    """Return the number in a unit of a text with a number and a unit.
+    """Return a text with a number and a unit as a number in `unit`, also in lists.
 
-    Texts in lists become numbers, too. Other values are returned unchanged.
+    Other values are returned unchanged.
     """
     if isinstance(value, str):
         number = _number(value, unit)
@@ -203,7 +204,7 @@ def in_unit(value: object, unit: str) -> object:
 
 
 def _number(text: str, unit: str) -> float | None:
-    """Return the number in a unit; None where the text is none of its kind."""
+    """Return the number in a unit, or None if the text has no unit of this kind."""
     match = re.fullmatch(_MEASURE, text.strip()[: _LONGEST + 1])
     source, wanted = unit_of(match[2]) if match else None, unit_of(unit)
     if match is None or source is None or wanted is None or source.powers != wanted.powers:
@@ -219,17 +220,15 @@ def _number(text: str, unit: str) -> float | None:
 
 
 def has_unit(text: str) -> bool:
-    """Return whether a text is a number with a unit that is known."""
+    """Return whether a text is a number with a known unit."""
     match = re.fullmatch(_MEASURE, text.strip())
     return match is not None and unit_of(match[2]) is not None
 
 
 def misfit(value: str, unit: str) -> tuple[str, str] | None:
-    """Return why a text is not a number in a unit, with the remedy; None without number and unit.
+    """Return why `in_unit` did not convert a text, and the remedy.
 
-    Args:
-        value: a text that `in_unit` left as it was.
-        unit: the unit.
+    None if the text is not a number with a unit.
     """
     point = value.replace(',', '.', 1)
     if point != value and not isinstance(in_unit(point, unit), str):
@@ -246,17 +245,16 @@ def misfit(value: str, unit: str) -> tuple[str, str] | None:
         guess = f'; did you mean {matches[0]}?' if matches else ''
         return f'{match[2]!r} is not a known unit{guess}', remedy
     if source.powers == wanted.powers and not source.zero:
-        return f'is beyond what a number can hold in {unit}', remedy
+        return f'is too large for a number in {unit}', remedy
     what = _KINDS.get(source.powers, f'number in {match[2]}')
     return f'must be {_a(kind)} [{unit}], not {_a(what)}', remedy
 
 
 def measure(value: float | str, unit: str) -> float:
-    """Return a number in a unit, given as a number, or as text with a unit or without.
+    """Return a number in a unit, given as a number, or as text with or without a unit.
 
     Raises:
-        ValueError: a text that is none, or in a unit of another kind; the message says what it
-            must be, and what to write.
+        ValueError: other text, or a unit of another kind, with the remedy.
     """
     try:
         return float(value)
@@ -269,14 +267,14 @@ def measure(value: float | str, unit: str) -> float:
 
 
 def quantity(value: float | str, unit: str, *named: str | Argument) -> float:
-    """Return what `measure` does; its error is a UsageError that begins with a name."""
+    """Return `measure`, or raise UsageError with the name of the argument."""
     try:
         return measure(value, unit)
     except ValueError as error:
         raise UsageError(*named, f': {error}') from None
 
 
-# Units that messages and the reference name; all others follow from their factors.
+# units named in messages and in the reference
 _COMMON = (
     *('mm', 'cm', 'm', 'km', 'in', 'ft', 'fathom', 'nmi', 'paris_line', 'paris_inch'),
     *('paris_foot', 'scruple', 'rhenish_foot', 'g', 'kg', 'lb', 'oz', 'paris_pound', 'ms', 's'),
@@ -288,13 +286,13 @@ _COMMON = (
 
 
 def fitting(wanted: Unit | None) -> list[str]:
-    """Return the units of the same kind that are named."""
+    """Return the common units of the same kind."""
     units = ((name, unit_of(name)) for name in _COMMON)
     return [name for name, unit in units if unit and wanted and unit.powers == wanted.powers]
 
 
 def units_table() -> str:
-    """Return the named units by kind as a table of Markdown."""
+    """Return the common units by kind as a Markdown table."""
     kinds = (fitting(unit) for unit in map(unit_of, _COMMON))
     rows = dict.fromkeys(', '.join(f'`{name}`' for name in names) for names in kinds)
     return '\n'.join(['| units |', '|---|', *(f'| {row} |' for row in rows)])
