@@ -105,7 +105,7 @@ def test_what_the_key_brings_in_is_left_out_no_more(
 
 def test_what_depends_on_the_scene_is_said_for_that_scene() -> None:
     lying = found('ideal')
-    assert lying['motions of the ship'].why == 'The ship lies still.'
+    assert lying['motions of the ship'].why == 'The ship does not move.'
     assert lying['heat'].key == 'air'
     recorded = found('measured')['motions of the ship']
     assert recorded.why == 'The ship has no surge, no sway, no pitch, no yaw.'

@@ -1,6 +1,6 @@
 """The run time of a voyage and the error of its simulation, predicted before it is sailed.
 
-The error comes from runs of short trials; the time from the work that the scene asks for.
+Short trial runs give the error. The time follows from the work of the scene.
 """
 
 from __future__ import annotations
@@ -57,84 +57,78 @@ from tauto_core.ship.waves import Harmonics
 # The error of a scene's reading, found by running its beginning more than once.
 #
 # The beginning is run as the scene asks, and again with finer samples of the motion and a finer
-# tolerance. At the same instants the two readings differ by the error of sampling and steps. That
-# includes effects for which an interpolation formula would need details of each machine: one-
-# sided windows at the start, the effect of a wrong amplitude on the rate, a case or a thread that
-# swings, impulses, resonance. Errors that both runs share are not seen: the machine's own
-# numbers, and rounding.
+# tolerance. At the same instants the two readings differ by the error of sampling and steps. This
+# includes effects for which a formula would need details of each machine: one-sided windows at the
+# start, the effect of a wrong amplitude on the rate, a swinging case or thread, impulses,
+# resonance. Errors that both runs share are not seen: the machine's own parameters and rounding.
 #
-# Where steps are taken, two more runs through the same sea show how a small distance grows: the
-# wheel of one is released `RELEASED_APART` nearer to rest. Where that grows exponentially the
-# motion is chaotic, and all errors grow with it, those by rounding included. The distance is far
-# larger than any rounding, so that no rounding is taken for growth.
+# If the propagator takes steps, two more runs through the same sea show how a small distance
+# grows: the wheel of one is released `RELEASED_APART` nearer to rest, far more than rounding. If
+# the distance grows exponentially the motion is chaotic, and all errors grow with it.
 
 SAFETY = 3.0
-"""Factor on the difference found: the finer run is not exact either, and errors of later swings
-may add up more unfavourably than those tried.
+"""Factor on the difference of the runs: the finer run is not exact, and later errors may add up
+less favourably.
 """
 
 FINER: tuple[int, ...] = (*range(4, 65), 3, 2)
-"""Numbers of parts into which the finer run divides a step; the first that gives whole nanoseconds
-is used.
-"""
+"""Numbers of parts of a step in the finer run. The first that gives whole nanoseconds is used."""
 
 FINER_TOLERANCE = 1e-3
 """Factor of the tolerance in the finer run."""
 
 WORK = 6.0
-"""Work of the runs that show errors over that of one as asked: two of the same, and one that is
-four times finer.
-"""
+"""Work of the runs for the errors over one run as asked: two of the same, one four times finer."""
 
 FIRST_CHUNK, CHUNK = 64, 4096
 """Least and largest number of samples fed at once."""
 
 CHUNK_S = 0.05
-"""Processor time of a chunk above which no larger one follows [s], so that limits are kept."""
+"""Processor time of a chunk above which the next is not larger [s]."""
 
 COMPILED_S, COMPILING_S = 20.0, 5.0
-"""Motion at the beginning of a run that may compile kernels, and the processor time for that in
-all runs together [s].
+"""Motion at the beginning of a run that may compile kernels, and the processor time for compiling
+in all runs together [s].
 """
 
 LEAST_LOGS = 32
-"""Least number of instants at which runs are compared; a log that has fewer is made closer, where
-its pieces of motion stay as long.
+"""Least number of instants at which runs are compared. With fewer the log interval is shortened,
+if the pieces of motion keep their length.
 """
 
 STEEPEST = 3.0
 """Largest power of time by which an error grows: a force in resonance changes the amplitude in
-proportion to t, and so the phase in proportion to t² where the rate depends on the amplitude.
+proportion to t, and with an amplitude-dependent rate the phase in proportion to t².
 """
 
 RELEASED_APART = 1e-11
-"""Distance of the releases of two motions, whose growth is followed [rad]."""
+"""Initial distance of two motions to measure its growth [rad]."""
 
 APART_TOLERANCE = 2e-12
-"""Largest tolerance of their steps, whose errors in a swing are below `RELEASED_APART`."""
+"""Largest tolerance of their steps. It keeps errors in a swing below `RELEASED_APART`."""
 
 SMALL_APART = 0.1
-"""Largest distance of two phases that grows in proportion to itself [rad]."""
+"""Largest distance of two phases at which its growth is proportional to it [rad]."""
 
 GROWTH_LENGTHS = 5.0
-"""Length over which growth is followed, over that of the other runs, which cost more."""
+"""Length over which growth is followed, over the length of the other runs, which cost more."""
 
 GROWTH_PIECES = 6
-"""Number of pieces by which the scatter of growth is measured, after the first quarter: there the
+"""Number of pieces that measure the scatter of growth, after the first quarter, in which the
 distance spreads from the amplitude to the phase.
 """
 
 SURE = 2.0
-"""Standard errors by which growth after the trial is assumed faster than in the trial."""
+"""Standard errors that are added to the growth rate after the trial."""
 
 
 @dataclass(frozen=True)
 class Dial:
-    """The quantities that turn phases into readings.
+    """The conversion of phases to readings.
 
     Attributes:
         nominal_s: time by which the dial advances in a turn of the phase [s].
-        rounding_s: error below which differences mean nothing [s].
+        rounding_s: smallest significant difference [s].
     """
 
     nominal_s: float
@@ -142,9 +136,9 @@ class Dial:
 
 
 class Limit:
-    """The processor time that trial runs may take together, and the progress that they tell.
+    """The processor time that trial runs may take together, and their progress.
 
-    `tell` is called with the share done, from 0 to 1.
+    `tell` is called with the fraction done.
     """
 
     def __init__(
@@ -154,9 +148,9 @@ class Limit:
         self.planned_s, self._done_s, self._compiling_s = math.inf, 0.0, COMPILING_S
 
     def charge(self, spent_s: float, done_s: float, *, may_compile: bool) -> float:
-        """Note the cost of a part of a run [s]; return it without the time of compiling.
+        """Add the cost of a part of a run [s] and return it without the time of compiling.
 
-        `done_s` is its motion, times the work of the run over that of one as asked; all runs
+        `done_s` is its motion times the work of the run, relative to one as asked. All runs
         together have `planned_s`.
         """
         compiling_s = min(spent_s, self._compiling_s) if may_compile else 0.0
@@ -173,12 +167,12 @@ class Growth:
     """The growth of a small distance between two motions in the same sea.
 
     Attributes:
-        followed_s: time over which it was followed, while it was small [s].
-        per_s: finite-time Lyapunov exponent [1/s]: the rate at which the logarithm of the largest
+        followed_s: time over which it was small and was followed [s].
+        per_s: finite-time Lyapunov exponent [1/s]: rate at which the logarithm of the largest
             distance so far grew after the first quarter of that time.
-        per_s_sigma: its standard error, from the scatter between pieces of that time [1/s].
-        is_chaotic: whether it grew exponentially, that is by more than the power `STEEPEST` of
-            time after the half or the quarter. Otherwise `per_s` falls with the time followed.
+        per_s_sigma: its standard error, from the scatter of pieces of that time [1/s].
+        is_chaotic: whether it grew exponentially: by more than the power `STEEPEST` of time after
+            the half or the quarter. Otherwise `per_s` falls with the time followed.
     """
 
     followed_s: float
@@ -188,29 +182,29 @@ class Growth:
 
     @property
     def grows(self) -> bool:
-        """Whether it grew from the quarter on by more than half as much as by a change of rate."""
+        """Whether it grew after the quarter by more than half as much as by a change of rate."""
         return 0.75 * self.followed_s * self.per_s > 0.5 * math.log(4.0)
 
 
 @dataclass(frozen=True)
 class TrialErrors:
-    """The errors that trial runs of the beginning of a scene showed.
+    """The errors in trial runs of the beginning of a scene.
 
     Attributes:
         tried_s: length of the beginning [s].
-        sampling_s: bound of the error of the reading in the whole run by sampling the motion [s];
-            None on a ship that lies still, where no finer step is a whole number of nanoseconds,
-            or where the processor time was spent before anything was seen.
-        steps_s: the same for the steps; 0 where none are taken, None where nothing was seen. A
-            finer tolerance may divide the motion into other pieces; the difference by these may
-            count as sampling or as steps.
-        rounding_s: the same for rounding where it grows exponentially; else 0.
-        growth: the growth of a small distance; None where no steps are taken, on land unless a
-            thread swings, or where the motion ended too early for it.
-        until_s: time up to which all of it is below `LEGIBLE`, where it grows exponentially and
-            exceeds that before the end [s]; else None.
+        sampling_s: bound of the error of the reading in the whole run by sampling the motion [s].
+            `None` on a still ship, if no finer step is a whole number of nanoseconds, or if the
+            processor time ended before a result.
+        steps_s: the same for the steps, 0 without steps, `None` without a result. A finer
+            tolerance may divide the motion into other pieces. This difference may count as
+            sampling or as steps.
+        rounding_s: the same for rounding that grows exponentially, else 0.
+        growth: the growth of a small distance. `None` without steps, on land unless a thread
+            swings, or if the motion ended too early.
+        until_s: time until which the bound is below `LEGIBLE` [s], if it grows exponentially and
+            exceeds that before the end, else `None`.
         newton_a_second: steps that took Newton's method, in a second of the motion as asked.
-        was_cut: whether the processor time was spent before the runs were done.
+        was_cut: whether the processor time ended before the runs were done.
     """
 
     tried_s: float
@@ -242,21 +236,20 @@ def try_out(
 ) -> TrialErrors:
     """Run the beginning of a scene as it is, with a finer tolerance, and with finer samples too.
 
-    The scene is on a ship that moves or has a propagator that takes steps; otherwise `tolerance`
-    is None. The beginning lasts at most `longest_s`, at least two whole log intervals; growth is
-    followed for `GROWTH_LENGTHS` times as long. After `lasts_s` sampling causes no more errors,
-    unless errors grow.
+    `tolerance` is `None` if the propagator takes no steps, on a moving ship. The beginning lasts
+    at most `longest_s`, but at least two log intervals. Growth is followed `GROWTH_LENGTHS` times
+    as long. After `lasts_s` sampling causes no more errors, unless errors grow.
     """
     limit = Limit() if limit is None else limit
     scene, ends_s = _closely_logged(scene, longest_s, tolerance), scene.duration
     beginning, followed = (_beginning(scene, n * longest_s) for n in (1.0, GROWTH_LENGTHS))
     parts = None if scene.lies_still else _finer_parts(scene)
     stepping, thread = tolerance is not None, scene.trochlea and scene.trochlea.thread.kind
-    # a wheel on land has one degree of freedom and nothing that changes with time: no chaos
+    # a wheel on land has one degree of freedom and no change with time: no chaos
     may_be_chaotic = stepping and (not scene.lies_still or thread == 'hanging')
     limit.planned_s = (1 + stepping + (parts or 0)) * beginning.duration
     limit.planned_s += 2 * may_be_chaotic * followed.duration
-    # where a run costs more than was planned, the finer ones are left the time for as much of it
+    # if a run costs more than planned, time is left for as much of the finer ones
     runs = [_run(beginning, limit, 0.5 * limit.left_s / WORK)]
     if runs[0].was_cut:
         beginning = followed = _beginning(scene, _length_s(scene, runs[0]))
@@ -296,7 +289,7 @@ def try_out(
     rounding_s, until_s = 0.0, None
     if growing is not None and growing.found.is_chaotic:
         starts_s = [0.0 if error is None else growing.start_s(times, error) for error in errors]
-        # of the walk by rounding, steps after an e-fold of the growth no longer count
+        # steps of the random walk by rounding after an e-fold of the growth do not count
         rounding = dial.rounding_s / math.sqrt(max(growing.found.per_s * ends_s, 1.0))
         grown = growing.size_at(ends_s)
         bounds = [
@@ -317,17 +310,17 @@ def try_out(
 
 
 def _beginning(scene: Scene, longest_s: float) -> Scene:
-    """Return the beginning of a scene, in whole log intervals, at least two."""
+    """Return the beginning of a scene in whole log intervals, at least two."""
     interval_s = scene.log_interval_ns / NS_PER_S
     logs = min(max(int(longest_s / interval_s * (1.0 + 1e-12)), 2), scene.log_count - 1)
     return scene.model_copy(update={'duration': logs * interval_s})
 
 
 def _closely_logged(scene: Scene, longest_s: float, tolerance: float | None) -> Scene:
-    """Return a scene whose beginning has `LEAST_LOGS` log intervals, if its pieces allow it.
+    """Return a scene with `LEAST_LOGS` log intervals in its beginning, if its pieces allow it.
 
-    Pieces of motion end at logged instants. An interval in which they would get shorter is not
-    taken, since the error of shorter pieces is not that of the run.
+    Pieces of motion end at logged instants. An interval that shortens them is not taken, since
+    the error of shorter pieces differs from the run's.
     """
     most_ns = min(longest_s, scene.duration) * NS_PER_S / LEAST_LOGS
     if scene.log_interval_ns <= most_ns:
@@ -346,7 +339,7 @@ def _closely_logged(scene: Scene, longest_s: float, tolerance: float | None) -> 
 
     piece = samples_a_piece(scene, fill)
     fewest = math.ceil(scene.log_interval_ns / most_ns)
-    # parts of the interval come to the end of the scene; otherwise as many steps as there may be
+    # fractions of the interval reach the end of the scene; otherwise any number of steps
     parts = (steps // n for n in range(fewest, 4 * fewest) if steps % n == 0)
     numbers = range(most_steps, max(most_steps - 4 * MAX_STRIDE, 0), -1)
     for samples in (*parts, *numbers):
@@ -357,10 +350,10 @@ def _closely_logged(scene: Scene, longest_s: float, tolerance: float | None) -> 
 
 
 def _finer_parts(scene: Scene) -> int | None:
-    """Return into how many parts a finer run divides a step; None where that is impossible.
+    """Return into how many parts a finer run divides a step, `None` if that is impossible.
 
     A case that dry friction holds does not move smoothly. The samples of its motion round the
-    jumps off, so they are made finer too.
+    jumps off, and are made finer too.
     """
     hung, finer = scene.suspension, FINER
     if hung is not None and hung.sticks:
@@ -369,7 +362,7 @@ def _finer_parts(scene: Scene) -> int | None:
     for parts in finer:
         try:
             felt_parts(_sampled_finer(scene, parts))
-        except SceneError:  # a suspended case divides the step itself
+        except SceneError:  # the suspension divides the step, too
             continue
         if scene.step_ns % parts == 0:
             return parts
@@ -407,7 +400,7 @@ def _half_turns_apart(a: _Ran, b: _Ran) -> FloatArray:
 
 
 def _run(scene: Scene, limit: Limit, most_s: float = math.inf, work: float = 1.0) -> _Ran:
-    """Run a scene up to its end, or to the last logged instant before its motion ends in an error.
+    """Run a scene to its end, or to the last logged instant before an error in its motion.
 
     It may take `most_s` of processor time, and `work` times the work of the scene as asked.
     """
@@ -423,7 +416,7 @@ def _run(scene: Scene, limit: Limit, most_s: float = math.inf, work: float = 1.0
 
 
 def _sailed(scene: Scene, limit: Limit, most_s: float, work: float) -> _Ran:
-    """Return the readings of a run until it ends, or has taken its processor time."""
+    """Return the readings of a run until it ends or has used its processor time."""
     motion, stage, phases = ShipMotion(scene), TrochleaStage(scene), [np.empty((0, 2))]
     step_s, chunk, reached_s, spent_s, cut = scene.step_ns / NS_PER_S, FIRST_CHUNK, 0.0, 0.0, False
 
@@ -434,7 +427,7 @@ def _sailed(scene: Scene, limit: Limit, most_s: float, work: float) -> _Ran:
     box = BoxTemperature(scene) if SHIP_TEMPERATURE in stage.inputs else None
     warm, log_ns = 0, scene.log_interval_ns
 
-    # The result does not depend on the chunks.
+    # The chunks do not change the result.
     while not cut:
         began_s = time.thread_time()
         imu = motion.sense(chunk)
@@ -459,9 +452,9 @@ def _sailed(scene: Scene, limit: Limit, most_s: float, work: float) -> _Ran:
 
 
 class _Growing:
-    """The largest distance so far of two motions, over their first one, against the time.
+    """The largest distance so far of two motions, over the initial one, against time.
 
-    Times are evenly spaced from 0 [s]; `logs` has the logarithm of that size, which never falls.
+    Times are evenly spaced from 0 [s]. `logs` has the logarithm of that ratio, which never falls.
     """
 
     def __init__(self, times: FloatArray, logs: FloatArray) -> None:
@@ -480,7 +473,7 @@ class _Growing:
 
     @classmethod
     def of(cls, a: _Ran, b: _Ran, scene: Scene) -> _Growing | None:
-        """Return the growth that two runs show, None where their motion ends at once."""
+        """Return the growth between two runs, `None` if their motion ends at once."""
         angle = math.pi * np.maximum.accumulate(np.abs(_half_turns_apart(a, b)))
         angle = angle[angle <= SMALL_APART]
         if len(angle) <= GROWTH_PIECES:
@@ -494,13 +487,13 @@ class _Growing:
         return self.found.per_s + SURE * self.found.per_s_sigma
 
     def size_at(self, time_s: float) -> float:
-        """Return the size at a time, or its largest value; inf where doubles overflow."""
+        """Return the ratio at a time, or its largest value; inf if doubles overflow."""
         beyond_s = max(time_s - self.found.followed_s, 0.0)
         log = float(np.interp(time_s, self._times, self._logs)) + self._quickest_per_s * beyond_s
         return math.exp(log) if log < 700.0 else math.inf
 
     def time_of(self, size: float, end_s: float) -> float | None:
-        """Return the time at which a size is reached [s]; None if that is not before the end."""
+        """Return the time at which a ratio is reached [s], `None` if not before the end."""
         log = math.log(size)
         if log <= self._logs[-1]:
             time_s = float(self._times[np.searchsorted(self._logs, log)])
@@ -509,9 +502,9 @@ class _Growing:
         return time_s if time_s < end_s else None
 
     def start_s(self, times: FloatArray, error: FloatArray) -> float:
-        """Return the error at the start [s] from which the error found has grown.
+        """Return the error at the start [s] from which the observed error has grown.
 
-        Later errors grow less; in the first quarter errors are not yet the lasting ones.
+        Later errors grow less. Errors of the first quarter are not yet the lasting ones.
         """
         late = times >= 0.25 * times[-1]
         grown = np.exp(np.interp(times[late], self._times, self._logs))
@@ -519,11 +512,11 @@ class _Growing:
 
 
 def extrapolated(times: FloatArray, error: FloatArray, end_s: float, rounding_s: float) -> float:
-    """Return the largest size of an error at a later time, by extrapolation; at most `end_s`.
+    """Return the largest size of an error at a later time, by extrapolation, at most `end_s`.
 
-    Its largest size so far continues to grow by the power of time of the second half of the known
-    part; or as a straight line, if that gives more. An error within rounding does not grow. Times
-    are evenly spaced from 0. A clock whose error is `end_s` shows nothing.
+    Its largest size so far grows on by the power of time in the second half of the known part, or
+    linearly if that gives more. An error within rounding does not grow. Times are evenly spaced
+    from 0. A clock with an error of `end_s` is useless.
     """
     if len(times) < 2:
         return 0.0
@@ -539,15 +532,14 @@ def extrapolated(times: FloatArray, error: FloatArray, end_s: float, rounding_s:
 
 
 # -----------------------------------------------------------------------------
-# The run time of a voyage and the error of its simulation, predicted before it is sailed.
+# The run time of a voyage and the error of its simulation.
 #
-# A cost is a rough figure: the number of operations times the nanoseconds measured for one.
-# Errors are those of the simulation relative to its own equations and the exact sea, not the
-# clock's error. They are bounds, found by running the beginning (`trial`), in weather in each sea
-# that may be the worst.
+# The cost is a rough figure: the number of operations times measured nanoseconds. Errors are those
+# of the simulation relative to its own equations and the exact sea, not the clock's. They are
+# bounds from runs of the beginning (`try_out`), in weather in each sea that may be the worst.
 
-# Processor times, the least of four runs: `python -m benchmarks.voyage_cost`, whose results are in
-# benchmarks/voyage_cost.json. Intel Xeon, Python 3.11; the kernels were compiled and optimised.
+# Processor times, minimum of four runs of `python -m benchmarks.voyage_cost` (results in
+# benchmarks/voyage_cost.json). Intel Xeon, Python 3.11, kernels compiled and optimised.
 MEASURED_ON = 'a core at 2.3 GHz'
 START_S = {
     'harmonic': 0.58,
@@ -560,75 +552,75 @@ START_S = {
 SHIP_NS_A_SAMPLE, SHIP_NS_A_COMPONENT = 9.2, 0.065
 FORCED_NS_A_SAMPLE = 25.0
 SUSPENDED_NS_A_SAMPLE, WIDE_NS_A_SAMPLE = 185.0, 525.0
-"""For a case at small angles and at any, with the shorter steps of the wheel in it."""
+"""For a case at small and at any angles, with the shorter steps of the wheel in it."""
 NS_A_STEP, NS_AN_EVENT = 780.0, 440.0
 NS_A_NEWTON_STEP = 6900.0
 NS_A_STEP_OF_AXLE, AXLE_PHASE_A_STEP = 2e6, 1.0
-"""Of a body on an axle, whose steps are not compiled; and the phase of a step [rad]."""
+"""For a body on an axle, with uncompiled steps; and the phase of a step [rad]."""
 AXLE_ERROR = 1e-12
-"""Error of the phase of such steps, over the time."""
+"""Error of the phase by these steps, over the time."""
 NS_A_STEP_OF_THREAD = {'lever': 1100.0, 'hanging': 700.0}
 HEAT_FACTOR = 1.4
-"""By how much dearer a step is in which the machine changes with heat or age."""
+"""Cost factor of a step in which the machine changes with heat or age."""
 NS_A_HALF_SWING = 4800.0
 NS_A_LOG = {'harmonic': 270.0, 'action_angle': 1150.0, 'half_swings': 30_000.0}
 NAVIGATION_NS_A_LOG = 440.0
 COVARIATE_NS_A_SAMPLE, SLOW_COVARIATE_NS_A_LOG = 53.0, 100.0
 COEFFICIENT_RUNS_S = 1.5
-"""Run time of the trial runs, for the most expensive machine without a suspension [s]."""
+"""Run time of the trial runs of the most expensive machine without a suspension [s]."""
 
 PERIOD_ERROR = 1e-14
 """Largest relative error of a period by quadrature (tests of machines)."""
 UNIT_ROUNDING = 2.0**-53
 
 RESOLUTION_S = 1e-9
-"""Resolution of the reading, which is in whole nanoseconds: no smaller bound is stated [s]."""
+"""Resolution of the reading and smallest bound [s]: readings are in whole nanoseconds."""
 
 TRIAL_RUN_S = 0.8
-"""Approximate run time of the trials for errors together [s], and of those for growth; it limits
-how much of a scene they cover.
+"""Approximate run time of the trials for errors together [s], and of the trials for growth. It
+limits their length.
 """
 CREEP_TRIED_S = 60.0
-"""Length of the trials of a wheel that drag lets creep home [s]. It has no swing by which its
-steps could be predicted, and the trials may cost many times the prediction.
+"""Length of the trials of a wheel that drag lets creep home [s]. Without a swing its steps cannot
+be predicted, and the trials may cost many times the prediction.
 """
 LONGEST_TRIAL_S = 10.0
-"""Processor time after which trials are cut that cost more than was predicted [s]."""
+"""Processor time after which trials that cost more than predicted are cut [s]."""
 
 
 @dataclass(frozen=True)
 class Forecast:
     """Expected cost and error of a scene.
 
-    Errors are bounds for the reading of the dial at any logged instant of the run [s]. Of the runs
-    compared with independent programs none exceeded them, and none whose error was more than
-    rounding was below a thirtieth of them (benchmarks/stress_forecast.py).
+    Errors are bounds for the reading of the dial at any logged instant of the run [s]. No run that
+    was compared with independent programs exceeded them, and no error above rounding was below a
+    thirtieth of them (benchmarks/stress_forecast.py).
 
     Attributes:
         run_s: run time of `tauto sail` without a bag, within a factor of two or three [s].
-        steps_a_swing: steps in a full swing, where the propagator takes steps; else None.
-        error_s: bound of all the following together, at least `RESOLUTION_S`; None where one of
-            them is not known, or where the motion is chaotic and nothing is known of the end.
-        sampling_error_s: bound of the error by sampling the ship's motion; None on a ship that
-            lies still, and where its step has no divisor with which to try a finer one. Measured
-            motion is taken as exact within its pass-band.
+        steps_a_swing: steps in a full swing, `None` if the propagator takes no steps.
+        error_s: bound of all the following together, at least `RESOLUTION_S`. `None` if one of
+            them is unknown, or the motion is chaotic and the end unknown.
+        sampling_error_s: bound of the error by sampling the ship's motion. `None` on a still ship,
+            and if its step has no divisor for a finer one. Measured motion is taken as exact
+            within its pass-band.
         steps_error_s: bound of the error of the steps by their tolerance, or of a closed form by
-            the accuracy of its period; None where the trials were cut before any was seen.
-        rounding_error_s: approximate error of the phase by rounding alone, with its growth
-            where the motion is chaotic. A sum near it means that the run is as exact as doubles
-            allow. The reading is rounded to whole nanoseconds besides.
-        tried_s: length of the scene that was run to find the bounds [s]; None: nothing had to be.
-            Beyond it they are extrapolated.
-        was_cut: whether the trials cost so much more than predicted that they were cut.
-        growth: growth of a small distance between two motions in the same sea (`Growth`);
-            None where no steps are taken, and on land unless a thread swings.
-        bounded_until_s: time from which on the bound exceeds a quarter of a period, in a chaotic
-            motion; else None.
-        decided_by: the sea in which the largest bound was found: `why` it was tried, `highest` or
-            `met fastest` or both, and its figures as in `weather.states`; None without weather.
-        shortest_wave_s: least period in the motion that the clock feels there, including the
-            swings of a suspended case [s]; None on a ship that lies still or whose motion was
-            measured, without a suspension.
+            the accuracy of its period. `None` if the trials were cut before a result.
+        rounding_error_s: approximate error of the phase by rounding alone, with its growth in a
+            chaotic motion. If the sum is near it, the run is as exact as doubles allow. The
+            rounding of the reading to nanoseconds is not included.
+        tried_s: length of the trial runs [s], `None` without trials. Beyond it the bounds are
+            extrapolated.
+        was_cut: whether the trials were cut, since they cost much more than predicted.
+        growth: growth of a small distance between two motions in the same sea (`Growth`). `None`
+            without steps, and on land unless a thread swings.
+        bounded_until_s: time from which the bound exceeds a quarter of a period in a chaotic
+            motion, else `None`.
+        decided_by: the sea with the largest bound: `why` it was tried, `highest` or `met fastest`
+            or both, and its figures as in `weather.states`. `None` without weather.
+        shortest_wave_s: least period in the motion of the clock there, including the swings of a
+            suspended case [s]. `None` without a suspension on a still ship or with measured
+            motion.
     """
 
     run_s: float
@@ -660,8 +652,8 @@ def forecast(
 ) -> Forecast:
     """Return the expected cost and error of a scene that runs, with its machine and motion.
 
-    `progress` is called with the share done of the trials, from 0 to 1. These take about
-    `trial_s` of processor time, `TRIAL_RUN_S` if left out, and as much for growth [s].
+    `progress` is called with the fraction done of the trials. They take about `trial_s` of
+    processor time, by default `TRIAL_RUN_S`, and as much for growth [s].
     """
     trial_s = TRIAL_RUN_S if trial_s is None else trial_s
     if isinstance(machine, AxleClock):
@@ -731,9 +723,9 @@ def accuracy_reached(
 ) -> dict[str, Any]:
     """Return the accuracy that a scene states, and the accuracy of its run [s/day].
 
-    `bound_s_per_day` is the bound of `Forecast` over the days of the run, at least one; None where
-    none is known. `holds` says whether it is within the accuracy, and `chaotic` whether small
-    differences grow exponentially.
+    `bound_s_per_day` is the bound of `Forecast` over the days of the run, at least one, or `None`.
+    `holds` says whether it is within the accuracy, `chaotic` whether small differences grow
+    exponentially.
     """
     result = forecast(scene, machine, motion, trial_s=JUDGED_IN_S)
     bound = None
@@ -750,10 +742,10 @@ def accuracy_reached(
 
 
 def is_steep(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> bool:
-    """Return whether the ship rolls too steeply for any rate to keep the default accuracy surely.
+    """Return whether the ship rolls too steeply for any rate to keep the default accuracy.
 
-    Where the force has less than `LEAST_UPWARD` upwards in a fixed case, the law that the thread
-    follows changes, so that no polynomial is exact across it; samples are then never dense enough.
+    If the upward force in a fixed case falls below `LEAST_UPWARD`, the law of the thread changes.
+    No polynomial is exact across this change, and no samples are dense enough.
     """
     if isinstance(machine, InPlaceOfWheel) or not machine.follows_apparent_vertical:
         return False
@@ -774,12 +766,12 @@ def missed_words(result: Mapping[str, Any]) -> str:
 
 
 def _stated(error_s: float) -> float:
-    """Return the bound that is stated of a reading, which is rounded to `RESOLUTION_S`."""
+    """Return the bound for a reading, which is rounded to `RESOLUTION_S`."""
     return max(error_s + 0.5 * RESOLUTION_S, RESOLUTION_S)
 
 
 def _tell(progress: Callable[[float], None] | None, count: int, seas: int, share: float) -> None:
-    """Tell the share done of the trials in all seas."""
+    """Report the fraction done of the trials in all seas."""
     if progress is not None:
         progress((count + share) / seas)
 
@@ -792,7 +784,7 @@ def _forecast_in_fluid(scene: Scene, machine: FluidPendulum, motion: ShipMotion)
 
 
 def _forecast_on_axle(scene: Scene, machine: AxleClock, motion: ShipMotion) -> Forecast:
-    """Return cost and error; at sea, or where the axle slips, no bound is known."""
+    """Return cost and error. At sea, or if the axle slips, no bound is known."""
     step_s = AXLE_PHASE_A_STEP / machine.fastest
     run_s = _run_s(scene, 'axle', motion)
     is_known = scene.lies_still and machine.contact != 'coulomb'
@@ -807,7 +799,7 @@ def _forecast_on_axle(scene: Scene, machine: AxleClock, motion: ShipMotion) -> F
 def _of_lost(
     run_s: float, lost_s: float | None, rounding_s: float, shortest_wave_s: float | None = None
 ) -> Forecast:
-    """Return the forecast of a scene that nothing samples, with the error of its propagator."""
+    """Return the forecast of a scene without sampling, with the error of its propagator."""
     error_s = None if lost_s is None else _stated(lost_s + rounding_s)
     return Forecast(
         run_s, None, error_s, None, lost_s, rounding_s, shortest_wave_s=shortest_wave_s
@@ -815,7 +807,7 @@ def _of_lost(
 
 
 def _rounding_s(duration_s: float, step_s: float, nominal_s: float) -> float:
-    """Return half a unit of the fraction, and the sum of random rounding errors of each step."""
+    """Return half a unit of the fraction plus the random walk of each step's rounding."""
     walk = math.sqrt(duration_s / step_s) / math.tau
     return nominal_s * UNIT_ROUNDING * (0.5 + walk)
 
@@ -828,7 +820,7 @@ def _shortest_wave_s(scene: Scene) -> float | None:
 
 
 def work_s(scene: Scene) -> float:
-    """Return the expected processor time of a voyage, less the start of its process [s]."""
+    """Return the expected processor time of a voyage without the start of its process [s]."""
     machine, motion = compile_machine(scene), ShipMotion(scene)
     if isinstance(machine, InPlaceOfWheel):
         return forecast(scene, machine, motion).run_s - START_S[machine.propagator]
@@ -838,7 +830,7 @@ def work_s(scene: Scene) -> float:
 
 
 def _propagation(scene: Scene, machine: AnyMachine, swing_s: float) -> tuple[str, _Steps | None]:
-    """Return the propagator of a scene, and its steps if it takes some."""
+    """Return the propagator of a scene and its steps, if it takes some."""
     name = propagator_name(machine, still=scene.lies_still)
     if name != 'collocation':
         return name, None
@@ -851,8 +843,7 @@ def _propagation(scene: Scene, machine: AnyMachine, swing_s: float) -> tuple[str
 
 
 class _Steps(NamedTuple):
-    """Steps of the collocation in a swing, and the events in it: impulses, and passages over a
-    kink of the cam."""
+    """Steps of the collocation in a swing, and its events: impulses and kinks of the cam."""
 
     a_swing: float
     events: int
@@ -884,14 +875,13 @@ class Waves(NamedTuple):
 def scene_waves(scene: Scene) -> Waves:
     """Return a scene's waves, linearised: β = H ρ̈/g, g_eff = g + z̈ (ship.md).
 
-    None for a ship that lies still, or whose motion was measured; in weather those of the highest
-    sea.
+    They are empty for a still ship or measured motion. In weather they belong to the highest sea.
     """
     if not scene.ship.is_computed:
         return Waves(np.empty(0), np.empty(0))
     channels = scene.ship.roughest(scene).channels(scene)
     if isinstance(channels.six, SixMotions) and isinstance(channels.six.sway, Harmonics):
-        # all six have the frequencies of the waves as the ship meets them
+        # all six motions have the frequencies of encounter
         frequency = channels.six.sway.angular_frequency
         return Waves(frequency, channels.six.sway.amplitude * frequency**2 / scene.g)
     rolls, heaves = (
@@ -905,7 +895,7 @@ def scene_waves(scene: Scene) -> Waves:
 
 
 def _swing_s(machine: AnyMachine) -> float:
-    """Return the period of the swing as released; of small swings if it cannot swing freely."""
+    """Return the period of the swing as released, or of small swings if that is not free."""
     try:
         return machine.period(machine.release_angle)
     except (CamRangeError, SlackThreadError):

@@ -54,21 +54,18 @@ from tauto_core.ship.waves import Harmonics, together
 from tauto_core.wording import printed
 
 # -----------------------------------------------------------------------------
-# How well a thread or case that hangs on the ship follows the apparent vertical, predicted.
+# How well a thread or case that hangs on the ship follows the apparent vertical.
 #
-# A thread that swings and a case on its axle are both a link with a body (C in axle.md), and obey
-# e θ̈ + c φ̈ + g θ = g τ, k² φ̈ + g c (φ − θ) = 0 where the apparent vertical tilts by τ. For a
-# wave of frequency Ω
+# A swinging thread and a case on its axle are both a link with a body (C in axle.md), and obey
+# e θ̈ + c φ̈ + g θ = g τ, k² φ̈ + g c (φ − θ) = 0 for a tilt τ of the apparent vertical. In a wave
+# of frequency Ω
 #
 #     θ/τ = g (g c − k² Ω²)/D,    φ/τ = g² c/D,    D = e k² (Ω² − ω²)(Ω² − ω′²),
 #
-# which is 1 while Ω is far below both frequencies ω, ω′ of the modes, and grows without bound at
-# resonance.
+# which is 1 for Ω far below the frequencies ω, ω′ of the modes, and unbounded at resonance.
 
 LARGEST_DEPARTURE = 1.0
-"""Departure over the tilt of the apparent vertical, above which the link swings wider than the
-apparent vertical itself.
-"""
+"""Departure over the tilt of the apparent vertical above which the link swings wider than that."""
 LARGEST_STRETCH = 0.02
 """Largest relative change of the period of small swings by a swinging thread."""
 NEAR_PERIOD = 0.05
@@ -82,8 +79,8 @@ class Following:
     Attributes:
         periods_s: periods of its modes, the slower first [s].
         departure_rad: rms of its departure from the apparent vertical [rad].
-        departure: the same over the rms tilt of the apparent vertical; None where that does not
-            tilt, or the motion is measured.
+        departure: the same over the rms tilt of the apparent vertical. Both are `None` without a
+            tilt, or with measured motion.
         resonates_with: `wheel`, `waves`, both or neither.
     """
 
@@ -96,11 +93,11 @@ class Following:
 def lengths_between(
     scene: Scene, machine: AnyMachine | InPlaceOfWheel
 ) -> tuple[float, float | None] | None:
-    """Return g/ω² and g/Ω² [m], between which an ideal vertical thread is a fair model.
+    """Return g/ω² and g/Ω² [m]. An ideal vertical thread is a fair model between these lengths.
 
     ω is the wheel's frequency on an ideal thread. Ω⁴ is the mean over the waves, weighted by the
-    tilt of the apparent vertical; the second length is None as for `Following.departure`. None for
-    a machine whose thread carries no weight that can swing.
+    tilt of the apparent vertical; the second length is `None` like `Following.departure`. Return
+    `None` if no thread carries a weight that can swing.
     """
     if isinstance(machine, Machine | HangingMachine) and machine.follows_apparent_vertical:
         waves = scene_waves(scene)
@@ -111,7 +108,7 @@ def lengths_between(
 
 
 def thread_following(scene: Scene, machine: HangingMachine) -> Following:
-    """Return how a thread that swings follows the apparent vertical by its inclination θ."""
+    """Return how the inclination θ of a swinging thread follows the apparent vertical."""
     k_squared = machine.inertia / machine.mass
     waves = scene_waves(scene)
     answer, _ = answers(
@@ -133,7 +130,7 @@ def thread_following(scene: Scene, machine: HangingMachine) -> Following:
 
 
 def case_following(scene: Scene, machine: AnyMachine) -> Following | None:
-    """Return how a suspended case follows the apparent vertical by its tilt φ; else None."""
+    """Return how the tilt φ of a suspended case follows the apparent vertical, or `None`."""
     hung = scene.suspension
     if hung is None:
         return None
@@ -166,17 +163,17 @@ def _ideal_frequency(machine: Machine | HangingMachine) -> float:
 
 
 def _share(waves: Waves, value: FloatArray) -> float | None:
-    """Return the rms of a value over the waves, weighted by their tilts; None without tilts."""
+    """Return the rms of a value over the waves, weighted by their tilts, or `None` without any."""
     size = float(np.linalg.norm(waves.sway))
     return float(np.linalg.norm(waves.sway * value)) / size if size else None
 
 
 # -----------------------------------------------------------------------------
-# The choice of a scene's propagator, and the terms that it leaves out, in words.
+# Why a propagator was chosen.
 
 
 def reason(scene: Scene, machine: AnyMachine | InPlaceOfWheel, propagator: str) -> str:
-    """Return why a propagator, given by its name, was chosen."""
+    """Return why the propagator of this name was chosen."""
     if isinstance(machine, InPlaceOfWheel):
         return machine.why_so
     still = scene.lies_still
@@ -185,7 +182,7 @@ def reason(scene: Scene, machine: AnyMachine | InPlaceOfWheel, propagator: str) 
         return _of_real_thread(machine, propagator, tilts)
     uneven = _uneven(machine)
     if propagator == 'harmonic':
-        return 'a harmonic well on a ship that lies still: any instant in closed form'
+        return 'a harmonic well on a still ship: any instant in closed form'
     if propagator == 'action_angle':
         return (
             f'a well that is not harmonic ({uneven}), but undisturbed: any instant from its '
@@ -204,7 +201,7 @@ def _of_real_thread(machine: AnyMachine, propagator: str, tilts: str) -> str:
             'the lever makes a well that is neither harmonic nor even, but undisturbed: any '
             'instant from its period, in closed form'
         )
-    # a lever that a force in the case draws feels the case alone
+    # a lever that is drawn by a force in the case moves only with the case
     weighs, drag = machine.feels_gravity, machine.drag is not None
     shakers = _and([tilts] * bool(tilts and not weighs) + ['drag'] * drag)
     causes = {
@@ -223,7 +220,7 @@ def _of_real_thread(machine: AnyMachine, propagator: str, tilts: str) -> str:
 
 
 def _uneven(machine: Machine) -> str:
-    """Return the reason why a potential well is anharmonic; empty if it is harmonic."""
+    """Return why a potential well is anharmonic, or an empty text."""
     if machine.is_linear:
         return ''
     parts = {
@@ -266,12 +263,11 @@ def _and(names: list[str]) -> str:
 
 
 def hangs(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> dict[str, Any] | None:
-    """Return the suspension of the case and its modes, None if it is fixed to the ship.
+    """Return the suspension of the case and its modes, `None` if it is fixed to the ship.
 
-    The kind, the lengths [m] of the simple pendulums that keep time with its modes (h and h′ of an
-    axle), their periods [s], whether the full equations run, the step
-    of the motion that the clock feels [s], and the departure from the apparent vertical, both in
-    rad and over the tilt of the apparent vertical (`Following`).
+    `lengths_m` are of the simple pendulums with the periods of its modes (h and h′ of an axle),
+    `large_angles` whether the full equations run, `step_s` the step of the clock's motion.
+    `departure_rad` and `departure` are explained in `Following`.
     """
     if scene.suspension is None or isinstance(machine, InPlaceOfWheel):
         return None
@@ -289,10 +285,10 @@ def hangs(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> dict[str, Any] 
 
 
 def thread(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> dict[str, Any] | None:
-    """Return how good a model an ideal vertical thread is; None if no thread hangs freely.
+    """Return how good a model an ideal vertical thread is, `None` if no thread hangs freely.
 
-    Length [m], own period [s] and departure from the apparent vertical of a thread that swings,
-    None for an ideal one; the two lengths [m] between which, far from both, the models agree.
+    Length [m], period [s] and departure from the apparent vertical belong to a swinging thread and
+    are `None` for an ideal one. Far from the two lengths [m] the models agree between them.
     """
 
     lengths = lengths_between(scene, machine)
@@ -311,15 +307,15 @@ def thread(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> dict[str, Any]
 def slack_thread(scene: Scene) -> dict[str, float] | None:
     """Return how often a weight's thread is expected to go slack in the highest sea.
 
-    The ship's vertical acceleration z̈ at the clock is nearly Gaussian, so that g + z̈ falls below
-    zero ν₀ exp(−g²/2σ²) times a second, ν₀ = σ′/2πσ, with the standard deviations σ of z̈ and σ′
-    of its derivative (Rice, Mathematical Analysis of Random Noise, 1945, section 3.3). Roll and
-    swing count for nothing here: the estimate is of a clock that goes. A wheel without drag, which
-    such a sea winds up, tautens and lets go again within one fall (threads.md).
+    The ship's vertical acceleration z̈ at the clock is nearly Gaussian. So g + z̈ falls below zero
+    ν₀ exp(−g²/2σ²) times a second, ν₀ = σ′/2πσ, with the standard deviations σ of z̈ and σ′ of its
+    derivative (Rice, Mathematical Analysis of Random Noise, 1945, section 3.3). Roll and swing are
+    neglected: the estimate is for a clock that runs. A wheel without drag, which such a sea winds
+    up, tautens and goes slack again within one fall (threads.md).
 
     Returns:
-        `acceleration_m_s2`, σ, and `times_a_day`; None where no weight alone hangs on a thread,
-        or no sea heaves the ship.
+        `acceleration_m_s2`, σ, and `times_a_day`. `None` unless a weight alone hangs on a thread
+        and a sea heaves the ship.
     """
     ship, trochlea = scene.ship, scene.trochlea
     if trochlea is None or not isinstance(ship, SeaShip):
@@ -368,10 +364,10 @@ def resonances(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[str]:
 
 
 def way(scene: Scene) -> dict[str, Any] | None:
-    """Return the route of the ship and its times, None without a voyage.
+    """Return the route of the ship and its times, `None` without a voyage.
 
-    The track, its length [m], speed [m/s], and the times from the start [s] of sailing, arrival
-    and landfalls, including the arrival; `ends`, where a log ends at sea, which is no landfall.
+    Track, length [m], speed [m/s], and the times from the start [s] of sailing, arrival and
+    landfalls, arrival included. `ends` describes a log that ends at sea, without a landfall.
     """
     if scene.voyage is None:
         return None
@@ -391,10 +387,7 @@ def way(scene: Scene) -> dict[str, Any] | None:
 
 
 def felt_air(scene: Scene) -> dict[str, float]:
-    """Return the range of the temperature in the box of the clock, for a scene with `air`.
-
-    It is looked at some 10,000 times over the scene.
-    """
+    """Return the range of the temperature in the clock's box, from some 10,000 instants."""
     assert scene.air is not None
     logs = np.arange(0, scene.log_count, max(scene.log_count // 10_000, 1))
     celsius = BoxTemperature(scene).at(np.append(logs, scene.log_count - 1))
@@ -409,17 +402,17 @@ def felt_air(scene: Scene) -> dict[str, float]:
 # The effects that a scene leaves out, in words that a navigator understands, with their size.
 
 USUAL_MASS = 10.0
-"""Mass of a case for which a figure gives the wheel's effect on it [kg]."""
+"""Mass of a case for the figure of the wheel's effect on it [kg]."""
 
 
 class LeftOut(NamedTuple):
-    """Something that a real clock, ship or sea has and the simulation of a scene has not.
+    """A property of a real clock, ship or sea that the simulation of a scene leaves out.
 
     Attributes:
         what: its name.
-        why: the assumption in its place, as a sentence.
-        worth: its effect on a clock; None where no figure is known.
-        key: key of the scene that brings it in; None where Tauto does not simulate it.
+        why: the assumption that replaces it, as a sentence.
+        worth: its effect on a clock, `None` if it is unknown.
+        key: key of the scene that adds it, `None` if Tauto cannot simulate it.
     """
 
     what: str
@@ -442,13 +435,13 @@ TABLE = tuple(
         ('added mass', 'The body moves no fluid along.', None, 'regulator.added_mass'),
         ('viscosity of the fluid', 'The fluid resists by the square of the speed alone.'),
         ('friction of the support', 'The axle slides freely.', None, 'regulator.contact'),
-        ('resistance of the air', 'Nothing damps a body on its axle but its contact.'),
-        ('drag', 'Nothing slows the wheel, neither oil nor air.', None, 'drag'),
+        ('resistance of the air', 'Only its contact damps a body on its axle.'),
+        ('drag', 'Neither oil nor air slows the wheel.', None, 'drag'),
         ('viscous drag', 'No oil slows the wheel.', None, 'drag.viscous'),
         ('quadratic drag', 'No air slows the wheel.', None, 'drag.quadratic'),
         ('friction of the pivots', 'The pivots turn without dry friction.', None, 'drag.coulomb'),
         ('ageing of the oil', 'The oil stays fresh.', _OIL, 'drag.thickens_per_month'),
-        ('escapement', 'Nothing keeps the wheel swinging.', None, 'escapement'),
+        ('escapement', 'No escapement drives the wheel.', None, 'escapement'),
         ('recoil', 'A resting tooth does not push back.', None, 'escapement.rest.recoil'),
         ('fall of the drive', 'All impulses are equally strong.', None, 'escapement.train'),
         ('balance of the wheel', 'The wheel is in perfect balance.', None, 'trochlea.imbalance'),
@@ -456,12 +449,12 @@ TABLE = tuple(
          "−428 s/day for Euler's own proposal at 1 rad", 'trochlea.power.massless'),
         ('swing of the thread', 'The thread always follows the apparent vertical.', _THREAD,
          'trochlea.thread'),
-        ('damping of the thread', 'Nothing damps the swing of the thread.', None,
+        ('damping of the thread', 'The swing of the thread is undamped.', None,
          'trochlea.thread.damping_ratio'),
         ('mass of the lever', 'The lever has no mass.', None, 'trochlea.thread.inertia'),
         ('thread fore and aft', 'The thread swings in one plane.'),
         ('mass and stretch of the thread', 'The thread has no mass and does not stretch.'),
-        ('wear', 'Nothing wears.'),
+        ('wear', 'No part wears.'),
         ('heat', 'The clock stays at one temperature.', None, 'air'),
         ('heat in wheel and cam', 'Wheel and cam do not grow with heat.', _BRASS,
          'trochlea.material'),
@@ -474,25 +467,25 @@ TABLE = tuple(
          'some kelvins for days', 'air'),
         ('suspension', 'The case is fixed to the ship.', None, 'suspension'),
         ("the case's answer to the wheel", 'The case is too heavy for the wheel to turn.'),
-        ('damping of the case', 'Nothing damps the swing of the case.', None, 'suspension'),
+        ('damping of the case', 'The swing of the case is undamped.', None, 'suspension'),
         ('outer ring of the gimbals', 'The outer ring never swings.'),
-        ('motions of the ship', 'The ship lies still.', None, 'ship'),
+        ('motions of the ship', 'The ship does not move.', None, 'ship'),
         ('sideways half of the sea',
-         'The ship is a cork: she heaves as the waves do, and nothing shakes her sideways.', None,
+         'The ship is a cork: it heaves as the waves do, and does not surge or sway.', None,
          'ship.hull'),
         ('short-crested sea', 'All waves of a sea run in one direction.'),
         ('shallow water', 'The water is deep.'),
-        ('heel under sail', 'She sails upright.'),
+        ('heel under sail', 'The ship sails upright.'),
         ('slamming and green water', 'The hull answers waves in proportion to their height.'),
-        ('push of the waves under way', 'Waves push the hull as if she lay still.'),
+        ('push of the waves under way', 'Waves push the hull as if the ship were still.'),
         ('gravity by latitude', 'Gravity is the same everywhere.', None, 'gravity'),
         ('anomalies of gravity', 'Gravity depends on latitude and speed alone.', _MGAL),
-        ('clock noise', 'The dial has no errors beside those of the mechanics.', None,
+        ('clock noise', 'The dial adds no errors to the mechanics.', None,
          'clock.white_fm'),
         ('voyage', 'The ship makes no passage.', None, 'voyage'),
     )
 )  # fmt: skip
-"""All that a scene may leave out, from the wheel outwards; `left_out` selects."""
+"""All effects that a scene may leave out, from the wheel outwards. `left_out` selects."""
 
 
 def left_out(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[LeftOut]:
@@ -557,7 +550,7 @@ def left_out(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[LeftOut
         'clock noise': not scene.clock.is_noisy,
         'voyage': voyage is None,
     }  # fmt: skip
-    # figures that depend on numbers of the scene
+    # figures that depend on the scene
     diff: dict[str, dict[str, Any]] = {'heat': {}}
     if plain and pull is not None:
         worth = [_BRASS] if pull.pulling_mass else [_STEEL]
@@ -566,7 +559,7 @@ def left_out(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[LeftOut
         diff['heat'] = {'worth': '; '.join(worth) or None}
     if scene.air is not None:
         diff['heat'] |= {'key': 'trochlea.material', 'why': 'Heat changes no part of the clock.'}
-    # the equations of levers and swinging threads are without these
+    # the equations of levers and swinging threads lack these
     names = ['balance of the wheel', *['fall of the drive'] * (not plain)]
     for what in names if not plain else ():
         diff[what] = diff.get(what, {}) | {'key': None}
@@ -605,9 +598,9 @@ def frequency_in_light_case(
 ) -> float:
     """Return ω of small swings of a wheel that turns a case of `USUAL_MASS` [rad/s].
 
-    In gimbals it is a root of (suspension.5); on an axle, of the equations with M and K of the
-    links (suspension.1) in (θ, φ) and I/M for the wheel's ψ. Of the modes it is the one with most
-    of the potential energy in the thread. Nothing damps the case.
+    In gimbals it is a root of (suspension.5). On an axle it follows from the equations with M and
+    K of the links (suspension.1) in (θ, φ) and I/M for the wheel's ψ, as the mode that stores most
+    of its potential energy in the thread. The case is undamped.
     """
     e, c, share = hung.link, hung.depth, inertia / USUAL_MASS
     stiffness = share * frequency**2
@@ -627,8 +620,8 @@ def frequency_in_light_case(
 # The facts of a scene before it sails: its machine, propagator, cost and accuracy.
 
 WALK_FACTOR = 5.0
-"""Six runs of three hours give a random walk from few large changes, within such a factor: of the
-shipped threads 25 and 2,500 s/day where many runs need 150 and 1,400.
+"""Uncertainty factor of a random walk from six runs of three hours, which has few large changes:
+for the built-in threads 25 and 2,500 s/day instead of 150 and 1,400 from many runs.
 """
 
 
@@ -636,10 +629,13 @@ def scene_facts(scene: Scene, progress: Callable[[float], None] | None = None) -
     """Return the facts of a scene, after every check that `tauto sail` makes before it starts.
 
     It is the object of `tauto scene check --json`. `expected` has the figures of `cost.Forecast`;
-    `steps_a_swing` and `tolerance` are None where the propagator takes no steps. `slack` is there
-    for a weight in a sea that heaves the ship (`slack_thread`). A scene that cannot run is a
-    SceneError, measured motion that cannot be used a MotionDataError. `progress` is called with
-    the share done, from 0 to 1.
+    `steps_a_swing` and `tolerance` are `None` if the propagator takes no steps. `slack` exists for
+    a weight in a sea that heaves the ship (`slack_thread`). `progress` is called with the fraction
+    done.
+
+    Raises:
+        SceneError: the scene cannot run.
+        MotionDataError: measured motion cannot be used.
     """
     machine, motion = check_scene(scene)
     warnings = [
@@ -652,7 +648,7 @@ def scene_facts(scene: Scene, progress: Callable[[float], None] | None = None) -
     expected = forecast(scene, machine, motion, progress)
     stepping = expected.steps_a_swing is not None
     slack = slack_thread(scene)
-    # of cheeks rooted in the axle small swings have no period
+    # small swings on cheeks that are rooted in the axle have no period
     grows = isinstance(machine, Machine) and not machine.has_small_swings
     return {
         'scene': scene.name,
@@ -690,7 +686,7 @@ def scene_facts(scene: Scene, progress: Callable[[float], None] | None = None) -
 
 
 def _regulator_facts(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> dict[str, Any]:
-    """Return curve, range and release of the regulator; a range is None if there is no limit."""
+    """Return curve, range and release of the regulator. An unlimited range is `None`."""
     if isinstance(machine, AxleClock):
         regulator = cast(AxleRegulator, scene.regulator)
         return {
@@ -716,11 +712,11 @@ def _regulator_facts(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> dict
 
 
 def _steady_swing(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> dict[str, Any] | None:
-    """Return the swing in which the clock settles on land; None if there is no such swing.
+    """Return the swing in which the clock settles on land, `None` if the machine has none.
 
-    Amplitude [rad], period [s], rate and that of free swings of the same amplitude [s/day], time
-    constant of the approach [s], None where the swing is steady from the start; or the reason
-    `why` there is no steady swing.
+    Amplitude [rad], period [s], its rate and the rate of free swings with that amplitude [s/day],
+    and the time constant of the approach [s], `None` if the swing is steady from the start; or
+    only the reason `why` there is no steady swing.
     """
     if not isinstance(machine, Machine | LeverMachine):
         return None
@@ -739,10 +735,10 @@ def _steady_swing(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> dict[st
 
 
 def _wandering(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[str]:
-    """Return a warning where the sea makes the rate wander by more than the navigator expects.
+    """Return a warning if the sea makes the rate wander by more than the navigator expects.
 
-    Only a thread that swings is tried, which nothing damps; a trial takes up to two seconds. One
-    of a hung case takes ten, so that its warning says no figure.
+    Only undamped swinging threads are tried, in up to two seconds. A hung case would take ten, and
+    its warning has no figure.
     """
     if scene.lies_still or isinstance(machine, InPlaceOfWheel):
         return []
@@ -752,15 +748,15 @@ def _wandering(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[str]:
         if hung is None or hung.is_damped or not machine.feels_gravity or expects:
             return []
         return [
-            f'{scene.name}: drift.white_fm: nothing damps the swing of the case, and the rate of '
-            'a weight wanders with it; the navigator expects that of the dial alone, so after a '
-            'day his errors will be larger than he states. Write drift.white_fm, in s a day, or '
+            f'{scene.name}: drift.white_fm: the swing of the case is undamped, and the rate of '
+            'a weight wanders with it. The navigator expects only the noise of the dial, so after '
+            'a day his errors will be larger than he states. Write drift.white_fm, in s a day, or '
             'drift.random_walk_fm'
         ]
     try:
         model = fit(scene, ())
     except TautoError as error:
-        # the trial sea may be higher than the scene's, which can be sailed
+        # the trial sea may be higher than the scene's, and too high
         return [
             f'{scene.name}: drift.random_walk_fm: whether the sea makes the rate walk at random '
             f'could not be tried: {error}'
@@ -770,7 +766,7 @@ def _wandering(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[str]:
     return [
         f'{scene.name}: drift.random_walk_fm: the sea swings the thread, and the rate of such a '
         f'clock walks at random, by at least about {model.advised:g} s/day in a day in trial '
-        'runs; the navigator expects less, so his errors will be larger than he states. '
+        'runs. The navigator expects less, so his errors will be larger than he states. '
         f'Write drift.random_walk_fm: {model.advised:g}'
     ]
 
@@ -778,9 +774,9 @@ def _wandering(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[str]:
 def _covariates(scene: Scene) -> dict[str, dict[str, Any]]:
     """Return `value` and `sigma` of the prior of each covariate's coefficient.
 
-    `at_periods` has the coefficient at each period of the waves [s] of the trial runs,
-    `at_changes` at each change of gravity, as a share, `at_kelvin` at each change of temperature
-    [K]; None where the scene gives it.
+    `at_periods` has the coefficient at each wave period [s] of the trial runs, `at_changes` at
+    each relative change of gravity, `at_kelvin` at each change of temperature [K]. They are `None`
+    if the scene states the coefficient.
     """
     results = {run.name: run.at for run in runs(scene)}
     return {

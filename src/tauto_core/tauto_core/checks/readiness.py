@@ -44,14 +44,13 @@ if TYPE_CHECKING:
 
 
 # -----------------------------------------------------------------------------
-# Warnings for numbers that are possible but probably in the wrong unit; the worst are refused.
+# Warnings for numbers that are possible but probably in the wrong unit. The worst are refused.
 #
 # The bounds are about an order of magnitude outside the built-in scenes, the machines of Sully,
 # Harrison and Euler, watches (a balance of 1e-9 kg m2 that swings by 5 rad) and tower clocks.
-# Machine, gravity and ship beyond these limits are sailed only with `anyway`:
-# such are untried, and may take minutes. Smaller ones are safe, and so are a passage,
-# a log or observations of any size: these are warned of. Numbers that double precision cannot
-# compute with are refused elsewhere (`magnitudes`).
+# Machines, gravity and ships above these limits need `anyway`: they are untested and may take
+# minutes. Smaller ones are safe, and so are a passage, a log or observations of any size: these
+# only cause a warning. `magnitudes` refuses numbers that doubles cannot compute with.
 
 _LENGTH = (('millimetres', 1e-3), ('centimetres', 1e-2), ('inches', 0.0254), ('feet', 0.3048))
 _MASS = (('grams', 1e-3), ('pounds', 0.45359237))
@@ -63,7 +62,7 @@ _RATE = (('samples a minute', 1.0 / 60.0),)
 
 
 class _Sizes(NamedTuple):
-    """The range of a key in existing machines and voyages; 0 is always allowed."""
+    """The range of a key in existing machines and voyages. 0 is always allowed."""
 
     low: float
     high: float
@@ -131,9 +130,9 @@ _SIZES = {
 }
 
 
-# Sections of which no number may be larger than any known.
+# Sections in which a number above the range is refused.
 _REFUSED = ('gravity', 'trochlea', 'regulator', 'escapement', 'suspension', 'ship', 'clock')
-# A key in them that only says how the motion is sampled.
+# A key in them that only controls how the motion is sampled.
 _WARNED_OF = 'ship.rate'
 
 
@@ -151,8 +150,7 @@ def beyond_known(scene: Scene) -> list[Problem]:
 def implausible(scene: Scene) -> list[str]:
     """Return a warning for each number of a scene that is probably in the wrong unit.
 
-    Each names the key, its value, the size it is compared with, and the value in the unit that was
-    probably meant.
+    It names the key, its value, the limit, and the value in the unit that was probably meant.
     """
     return [
         f'{key} = {value:g}: {_comparison(value, sizes)}. {_meant(key, value, sizes)}'
@@ -161,7 +159,7 @@ def implausible(scene: Scene) -> list[str]:
 
 
 def _odd(scene: Scene) -> Iterator[tuple[str, float, _Sizes]]:
-    """Yield key and value of each number outside the range that is known of it, and that range."""
+    """Yield key, value and known range of each number outside that range."""
     for key, value in _numbers('', scene.model_dump(exclude_none=True)):
         sizes = _SIZES.get(re.sub(r'\[\d+\]', '[*]', key))
         if sizes is not None and value and not sizes.low <= abs(value) <= sizes.high:
@@ -210,30 +208,31 @@ def _meant(key: str, value: float, sizes: _Sizes) -> str:
 # Whether a scene can run: checks that need machine, dial and ship together.
 
 FASTEST_M_S = 25.0
-"""Faster than any merchantman or man-of-war: 49 knots."""
+"""More than any merchantman or man-of-war reached: 49 knots."""
 
 
 STRONGEST_DRAG = 1e4
-"""Largest viscous drag, over the critical 2Iω₀: with more, steps of I/c₁ would take minutes."""
+"""Largest viscous drag over the critical 2Iω₀. With more, steps of I/c₁ would take minutes."""
 
 
 class Built(NamedTuple):
-    """Machine and ship's motion of a scene, built once for its checks and for its run."""
+    """Machine and ship's motion of a scene, built once for its checks and its run."""
 
     machine: AnyMachine | InPlaceOfWheel
     motion: ShipMotion
 
 
 def check_scene(scene: Scene, motion: ShipMotion | None = None) -> Built:
-    """Check how the parts of a scene fit together, before anything is started or overwritten.
+    """Check how the parts of a scene fit together, and build machine and motion.
 
-    `motion` is that of the ship, if it has been built.
+    `motion` is the ship's, if it has been built.
 
-    It is a SceneError if the machine or its suspension cannot be built, the impulse lies beyond
-    the range of the wheel, the release and the ship's motion at the start put the cam angle beyond
-    the cam (reading.md), drag lets the wheel creep, the motion is more abrupt than any
-    propagator resolves, or the voyage cannot be sailed; a MotionDataError if measured motion
-    cannot be used.
+    Raises:
+        SceneError: the machine or its suspension cannot be built, the impulse is beyond the range
+            of the wheel, the release with the ship's motion at the start is beyond the cam
+            (reading.md), drag makes the wheel creep, the motion is too abrupt for every
+            propagator, or the voyage cannot be sailed.
+        MotionDataError: measured motion cannot be used.
     """
     if scene.voyage is not None:
         Passage(scene, scene.voyage)
@@ -255,10 +254,9 @@ def check_scene(scene: Scene, motion: ShipMotion | None = None) -> Built:
 
 
 def check_known(scene: Scene) -> None:
-    """Refuse a machine or ship larger than any known, whose unit is probably wrong.
+    """Refuse a machine or ship larger than any known, probably in the wrong unit (SceneError).
 
-    Every command that sails does so, unless `anyway` is set. Numbers larger
-    than any known, and drag in which the wheel does not swing, are a SceneError.
+    Drag that prevents swings is refused, too. Every command that sails calls it, unless `anyway`.
     """
     problems = [*beyond_known(scene)] or _overdamped(scene)
     if problems:
@@ -270,11 +268,11 @@ def check_known(scene: Scene) -> None:
 
 
 def _overdamped(scene: Scene) -> list[Problem]:
-    """Return the problem of drag in which the wheel does not swing."""
+    """Return the problem of drag that prevents swings."""
     if scene.drag is None or scene.drag.viscous == 0.0:
         return []
     machine = compile_machine(scene)
-    if isinstance(machine, InPlaceOfWheel):  # its fluid alone resists
+    if isinstance(machine, InPlaceOfWheel):  # only its fluid resists
         return []
     critical = 2.0 * machine.inertia * machine.frequency
     if scene.drag.viscous <= critical:
@@ -287,7 +285,7 @@ def _overdamped(scene: Scene) -> list[Problem]:
 def oddities(scene: Scene, machine: AnyMachine | InPlaceOfWheel | None = None) -> list[str]:
     """Return warnings about a scene that can run: possible values that are probably mistakes.
 
-    `machine` is that of the scene, if it is built already.
+    `machine` is the scene's, if it has been built.
     """
     texts = [*implausible(scene), *map(str, _overdamped(scene))]
     if scene.clock.nominal_period is not None and not texts:
@@ -313,7 +311,7 @@ def oddities(scene: Scene, machine: AnyMachine | InPlaceOfWheel | None = None) -
 
 
 def _check_start(scene: Scene, machine: AnyMachine, motion: ShipMotion) -> None:
-    """Refuse a release that, with the ship's motion at the start, is beyond the cam."""
+    """Refuse a release that is beyond the cam with the ship's motion at the start."""
     tilt = 0.0
     # a suspended case begins at rest, θ = φ
     tilts = scene.suspension is None and machine.sensed_angle(0.0, 1.0) != 0.0
@@ -335,7 +333,7 @@ def _check_start(scene: Scene, machine: AnyMachine, motion: ShipMotion) -> None:
 
 
 def _check_motion(scene: Scene, machine: AnyMachine) -> None:
-    """Refuse a machine whose motion changes too abruptly for any propagator's series."""
+    """Refuse a machine with a motion too abrupt for the series of every propagator."""
     still = scene.lies_still
     if isinstance(machine, HangingMachine) or _is_resolved(machine, still):
         return
@@ -358,9 +356,9 @@ def _check_motion(scene: Scene, machine: AnyMachine) -> None:
 def _resolvable(
     machine: Machine | LeverMachine, resolved: Callable[[Machine | LeverMachine], bool]
 ) -> str:
-    """Return the nearest machines whose motion is resolved; empty if none is near.
+    """Return the nearest machines with a resolved motion, or an empty text.
 
-    `resolved` tests a machine whose range includes its release.
+    `resolved` tests a machine with a range that includes its release.
     """
 
     def released(angle: float) -> bool:
@@ -380,7 +378,7 @@ def _resolvable(
 
 
 def _is_resolved(machine: Machine | LeverMachine, still: bool) -> bool:
-    """Return whether the series of the motion converge that do not depend on the sea."""
+    """Return whether the series of the motion converge, as far as the sea does not matter."""
     try:
         name = propagator_name(machine, still=still)
         if name == 'action_angle':
@@ -402,13 +400,13 @@ def _check_escapement(scene: Scene, range_rad: float) -> None:
         scene.name,
         'escapement.angle',
         scene.escapement.angle,
-        f'no swing comes there: the range of the wheel is ±{range_rad:.6g} rad',
+        f'no swing reaches it: the range of the wheel is ±{range_rad:.6g} rad',
         'Let the escapement act nearer to the middle (0), or take a cam with a longer range.',
     )
 
 
 def _check_drag(scene: Scene, machine: AnyMachine) -> None:
-    """Refuse viscous drag in which the wheel creeps: steps resolve I/c₁, and c₁ may be a slip."""
+    """Refuse viscous drag in which the wheel creeps in steps of I/c₁. Perhaps c₁ is a slip."""
     critical = 2.0 * machine.inertia * machine.frequency
     if scene.drag is None or scene.drag.viscous <= STRONGEST_DRAG * critical:
         return
@@ -417,13 +415,13 @@ def _check_drag(scene: Scene, machine: AnyMachine) -> None:
         'drag.viscous',
         scene.drag.viscous,
         f'is more than {STRONGEST_DRAG:g} times what keeps a wheel from swinging: it creeps',
-        f'Use at most {STRONGEST_DRAG * critical:.3g} N m s; a wheel swings with less than '
+        f'Use at most {STRONGEST_DRAG * critical:.3g} N m s. A wheel swings with less than '
         f'{critical:.3g} N m s.',
     )
 
 
 def _check_swing(scene: Scene, machine: FluidPendulum) -> None:
-    """Refuse a fluid whose resistance is too strong for swings."""
+    """Refuse a fluid with too much resistance for swings."""
     try:
         machine.period(machine.release_arc)
     except (DescentError, QuadratureError) as error:
@@ -437,7 +435,7 @@ def _check_swing(scene: Scene, machine: FluidPendulum) -> None:
 
 
 def _check_dial(scene: Scene, frequency: float) -> None:
-    """Refuse a dial whose readings would leave the range of ROS times."""
+    """Refuse a dial with readings outside the range of ROS times."""
     regulator = 'trochlea' if scene.regulator is None else 'regulator'
     period = math.tau / frequency if frequency > 0.0 else math.inf
     nominal = scene.clock.nominal_period or period
@@ -446,8 +444,8 @@ def _check_dial(scene: Scene, frequency: float) -> None:
             scene.name,
             regulator if scene.clock.nominal_period is None else 'clock.nominal_period',
             ABSENT if scene.clock.nominal_period is None else nominal,
-            f'makes a period of {nominal:.6g} s on the dial; it must be > 0 and at most '
-            f'{LAST_STAMP_S} s, where ROS stamps end',
+            f'makes a period of {nominal:.6g} s on the dial, which must be > 0 and at most '
+            f'{LAST_STAMP_S} s, the last ROS stamp',
             f'Check the units in {regulator} and of gravity, or give another nominal_period.',
         )
     dial_s = scene.starts_at + scene.duration * nominal / period
@@ -456,7 +454,7 @@ def _check_dial(scene: Scene, frequency: float) -> None:
             scene.name,
             'clock.nominal_period',
             nominal,
-            f'lets the dial, with a period of {period:.6g} s, come to {dial_s:.6g} s; ROS stamps '
-            f'end at {LAST_STAMP_S} s',
+            f'with a period of {period:.6g} s the dial would reach {dial_s:.6g} s, after the '
+            f'last ROS stamp, {LAST_STAMP_S} s',
             'Give a nominal_period near the period, or leave it out.',
         )

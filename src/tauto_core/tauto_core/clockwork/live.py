@@ -1,11 +1,10 @@
-"""The trochlea on a live sensor: the dial stops where the motion is lost or impossible.
+"""The trochlea on a live sensor: the dial stops if the motion is lost or impossible.
 
-Where the motion breaks off for more than `MAX_GAP_S`, jumps, or would make the wheel swing
-impossibly, the run ends at its last reading. The next good motion releases the wheel again, and
-the dial continues from where it stood. So it loses the time in between, which each reading states
-(`source`, DialSetting). Where the stamps have gone back, the dial continues as well, and the
-readings state by how much, since the duration of the break is unknown. Only where all time begins
-again, or on request, is the dial set again.
+A run ends at its last reading if the motion breaks off for more than `MAX_GAP_S`, jumps, or would
+make the wheel swing impossibly. The next good motion releases the wheel again, and the dial
+continues from where it stopped. It loses the time in between, which each reading states
+(`source`, DialSetting). If the stamps have gone back, the duration of the break is unknown, and
+the readings state by how much. The dial is set again only on request or if all time begins again.
 """
 
 from __future__ import annotations
@@ -58,46 +57,44 @@ from tauto_core.ship.imu import (
 )
 
 # -----------------------------------------------------------------------------
-# Motions of the regulator that no machine can have; readings from them are refused.
+# Motions that no machine can have. Readings from them are refused.
 
 MOST_RELEASES = math.tau
-"""Largest amplitude that is accepted, as a multiple of the release: a whole turn for a release of
-1 rad.
-"""
+"""Largest accepted amplitude over the release: a whole turn for a release of 1 rad."""
 
 GROWTH_MARGIN = 2.0
-"""Allowance for impulses and for swings that are not harmonic."""
+"""Allowance for impulses and anharmonic swings."""
 GROWTH_RELEASES = 0.25
-"""Growth from one reading to the next that is always accepted, as a share of the release."""
+"""Growth from one reading to the next that is always accepted, over the release."""
 
 
-_UNUSABLE = 'the dial stands still: what comes on ship/imu cannot be used'
+_UNUSABLE = 'the dial stands still: ship/imu cannot be used'
 
 # -----------------------------------------------------------------------------
-# Faults of a sensor that no single sample shows.
+# Faults of a sensor that a single sample does not show.
 
 TOLD_S = 60.0
-"""Time in which a fault is said once, however often it comes [s]."""
+"""Interval in which a fault is reported only once [s]."""
 
 MOST_HELD = 5000
-"""Batches after which the sensor is tested, however little their stamps advance."""
+"""Batches after which the sensor is tested even if their stamps hardly advance."""
 
 BLOCK_S = 0.5
-"""Time of the pieces over which the turning is compared [s]: short beside a roll, long enough that
-0.2 degrees of noise of the attitude do not count."""
+"""Length of the blocks over which turning is compared [s]: a fraction of a roll, but long enough
+for 0.2 degrees of noise of the attitude."""
 FIRST_S, WINDOW_S = 3.0, 10.0
-"""Time at the start over which a sensor is tested before anything is believed, and later [s]."""
+"""Length of the test of a sensor at the start, before its first use, and later [s]."""
 STUCK_S, NO_FORCE = 1.0, 0.002
-"""Time after which equal numbers, or a force of less than that share of g, are a fault [s]."""
+"""Time after which equal numbers, or a force below this share of g, are a fault [s]."""
 LONGEST_S = 2.0
 """Longest time between samples of a block [s]."""
 
 TILTED_RAD = math.radians(25.0)
 """Angle between the mean force and upwards that no ship keeps up for a window."""
 TURNING_RAD = 0.015
-"""Turning in a block, as a root mean square, that is compared."""
+"""Least root mean square turning in a block that is compared."""
 SLOWEST_S = 0.25
-"""Samples further apart do not show how the ship turns."""
+"""Largest distance of samples that show how the ship turns [s]."""
 
 
 _STUCK = (
@@ -109,9 +106,9 @@ _STUCK = (
 class SensorWatch(Stateful):
     """Tests windows of samples: attitude against gravity, gyro against attitude, life.
 
-    Over some waves the mean force is g upwards. Upwards in the sensor's axes, u, obeys u̇ = u × ω;
-    its changes over blocks are compared with the integral, both less their means, so that neither
-    bias nor yaw counts.
+    Averaged over some waves the force is g upwards. The upward direction u in the sensor's axes
+    obeys u̇ = u × ω. Its changes over blocks are compared with the integral of the gyro, both
+    minus their means, which removes bias and yaw.
 
     Args:
         gravity: g [m/s²].
@@ -126,20 +123,20 @@ class SensorWatch(Stateful):
         self.begin()
 
     def begin(self, window_s: float = FIRST_S) -> None:
-        """Begin a window of such a length [s]."""
+        """Begin a window of this length [s]."""
         self._open: list[ImuSamples] = []
         self._rows: list[FloatArray] = []
         self._covered_ns, self._wanted_ns = 0, round(window_s * NS_PER_S)
 
     @property
     def is_full(self) -> bool:
-        """Whether the window has been seen."""
+        """Whether the window is complete."""
         return self._covered_ns >= self._wanted_ns
 
     def stuck(self, imu: ImuSamples) -> tuple[NDArray[np.bool_], str]:
-        """Return which samples are those of a sensor that hangs, and the fault of the last one.
+        """Return which samples are of a stuck sensor, and the fault of the last one.
 
-        A sensor at rest in a simulation repeats itself too, but its gyro says exactly 0.
+        A simulated sensor at rest repeats itself, too, but its gyro is exactly 0.
         """
         rows = np.hstack((imu.orientation, imu.angular_velocity, imu.linear_acceleration))
         same = (rows == np.vstack((self._last, rows[:-1]))).all(axis=1)
@@ -156,7 +153,7 @@ class SensorWatch(Stateful):
         return faults[:, 0] | faults[:, 1], words[-1] if words else ''
 
     def feed(self, imu: ImuSamples) -> int:
-        """Take the next samples, up to the end of the window; return their number."""
+        """Take samples up to the end of the window and return their number."""
         for number in range(len(imu.stamp_ns)):
             one = take(imu, slice(number, number + 1))
             elapsed_ns = (
@@ -197,7 +194,7 @@ class SensorWatch(Stateful):
         )
 
     def fault(self) -> str:
-        """Return the fault that the window shows, with its likely cause; empty: none."""
+        """Return the fault that the window shows, with its likely cause, or an empty text."""
         if not self._rows:
             self._close(0.0)
         rows = np.array(self._rows)
@@ -213,7 +210,7 @@ class SensorWatch(Stateful):
         if abs(size - 1.0) < 0.1:
             hint = 'is it in g? It must be in m/s²'
         elif size < 0.5 * self._gravity:
-            hint = 'is gravity removed? What the accelerometer feels is wanted, g upwards at rest'
+            hint = 'is gravity removed? It must be the specific force, g upwards at rest'
         elif abs(size / self._gravity - 1.0) > 0.1:
             hint = 'is the sensor calibrated?'
         elif tilts[0] > TILTED_RAD and down:
@@ -224,13 +221,13 @@ class SensorWatch(Stateful):
             hint = 'is the sensor mounted as imu_rotation says?'
         return hint and (
             f'linear_acceleration on ship/imu is {size:.4g} m/s², by orientation '
-            f'{math.degrees(tilts[0]):.3g} degrees from upwards, where '
-            f'{self._gravity:.4g} m/s² upwards are due: {hint}'
+            f'{math.degrees(tilts[0]):.3g} degrees from upwards, but '
+            f'{self._gravity:.4g} m/s² upwards are expected: {hint}'
         )
 
 
 def _fault_of_turning(by_attitude: FloatArray, by_gyro: FloatArray) -> str:
-    """Return the fault of changes of u along x and y in blocks, which a pitch and a roll make."""
+    """Return the fault of the changes of u along x and y in blocks, made by pitch and roll."""
     for axis, column in (('x', 1), ('y', 0)):
         attitude, gyro = (
             each[:, column] - each[:, column].mean() for each in (by_attitude, by_gyro)
@@ -257,9 +254,9 @@ def _fault_of_turning(by_attitude: FloatArray, by_gyro: FloatArray) -> str:
 class Limits(Stateful):
     """Checks the amplitude A = √(θ² + (θ̇/ω)²) and its growth from reading to reading.
 
-    A harmonic wheel whose neutral line is inclined by γ obeys θ̈ = −ω² (θ − γ), so dA/dt ≤ ω |γ|.
-    More growth than this, with the largest inclination that the sensor has shown, would violate
-    the conservation of energy.
+    A harmonic wheel with a neutral line inclined by γ obeys θ̈ = −ω² (θ − γ), and dA/dt ≤ ω |γ|.
+    More growth, at the largest inclination of the sensor until then, would violate the
+    conservation of energy.
 
     Args:
         scene: the scene of the machine.
@@ -278,20 +275,20 @@ class Limits(Stateful):
         self.begin()
 
     def begin(self) -> None:
-        """Begin a run: the first reading may have any amplitude up to the largest."""
+        """Begin a run. Its first reading may have any amplitude up to the largest."""
         self._stamp_ns: int | None = None
         self._amplitude = 0.0
         self._felt_ns, self._tilt = np.empty(0, np.int64), np.zeros(1)
 
     def feel(self, imu: ImuSamples) -> None:
-        """Take the next motion samples; a reading is never checked against later ones."""
+        """Take motion samples, before the readings that depend on them."""
         motion = attitude(imu)
         tilt = np.maximum(np.abs(motion.roll), np.abs(np.arctan2(motion.force_y, motion.force_z)))
         self._felt_ns = np.concatenate([self._felt_ns, imu.stamp_ns])
         self._tilt = np.maximum.accumulate(np.concatenate([self._tilt, tilt]))
 
     def check(self, wheel: JointSamples, origin_ns: int) -> None:
-        """Take the next readings of a run begun at `origin_ns`; refuse an impossible motion."""
+        """Take readings of a run begun at `origin_ns`. PropagationError: an impossible motion."""
         size = np.hypot(wheel.position[:, 0], wheel.velocity[:, 0] / self._frequency)
         most = MOST_RELEASES * self._release
         allowed = np.full(len(size), most)
@@ -322,9 +319,9 @@ class Limits(Stateful):
 class HeldTemperature(Stateful):
     """Temperatures at the logged instants of a run, from a thermometer with its own stamps.
 
-    When the first motion sample after a logged instant comes, the temperature of the next instant
-    is set to the thermometer's last value by then; before any it is `trochlea.at_celsius`. So
-    nothing waits for the thermometer, and the clock follows it by one to two log intervals.
+    The first motion sample after a logged instant sets the temperature of the next instant: the
+    thermometer's last value, or `trochlea.at_celsius` before the first. So the clock never waits
+    for the thermometer, and follows it by one to two log intervals.
 
     Args:
         scene: the scene to simulate.
@@ -339,7 +336,7 @@ class HeldTemperature(Stateful):
         self._origin_ns, self._next = 0, 0
 
     def hear(self, felt: TemperatureSamples) -> None:
-        """Take values of the thermometer; impossible ones are left out."""
+        """Take values of the thermometer. Impossible values are left out."""
         stamps = np.concatenate([self._stamps, felt.stamp_ns])
         celsius = np.concatenate([self._celsius, felt.temperature])
         known = np.abs(celsius) < MOST_CELSIUS
@@ -347,14 +344,14 @@ class HeldTemperature(Stateful):
         self._stamps, self._celsius = stamps[known][order], celsius[known][order]
 
     def begin(self, origin_ns: int) -> None:
-        """Begin a run, whose first logged instant is `origin_ns`."""
+        """Begin a run with the first logged instant `origin_ns`."""
         self._origin_ns, self._next = origin_ns, 0
 
     def during(self, stamps_ns: IntArray) -> TemperatureSamples:
-        """Return the temperatures that motion samples need, which come next in the run."""
+        """Return the next temperatures of the run, which these motion samples need."""
         since, log_ns = stamps_ns - self._origin_ns, self._log_ns
         wanted = np.arange(self._next, max(-(-int(since[-1]) // log_ns) + 1, self._next))
-        # the first sample after the logged instant before
+        # the first sample after the previous logged instant
         decided = stamps_ns[np.searchsorted(since, (wanted - 1) * log_ns, 'right')]
         heard = np.searchsorted(self._stamps, decided, 'right') - 1
         celsius = self._celsius[heard]
@@ -367,14 +364,14 @@ class HeldTemperature(Stateful):
 
 
 class LiveTrochlea(Stateful):
-    """A TrochleaStage for motion with its own stamps: anchored at the first stamp.
+    """A TrochleaStage for motion with its own stamps, anchored at the first stamp.
 
     Args:
-        scene: the scene to simulate; its motion comes through `feed`.
-        reset_on_time_jump: whether the dial is set again where the stamps go back for good.
+        scene: the scene to simulate. Its motion comes through `feed`.
+        reset_on_time_jump: whether the dial is set again if the stamps go back for good.
 
     Raises:
-        SceneError: the machine cannot be built, or its suspension.
+        SceneError: the machine or its suspension cannot be built.
     """
 
     state_names = (
@@ -407,12 +404,12 @@ class LiveTrochlea(Stateful):
 
     @property
     def inputs(self) -> tuple[str, ...]:
-        """The motion, and the temperature where the machine feels it."""
+        """The motion, and the temperature if the machine depends on it."""
         return self._stage.inputs
 
     @property
     def trouble(self) -> str:
-        """The reason why the dial stands still at present; empty if it runs."""
+        """The reason why the dial stands still at present, empty if it runs."""
         if self._standing * self._step_ns > NS_PER_S:
             return (
                 f'{_UNUSABLE}: its stamps stand still at {self._newest_ns / NS_PER_S:.3f} s. Let '
@@ -421,17 +418,17 @@ class LiveTrochlea(Stateful):
         if ahead_s := self._continuity.holds_s:
             side = 'after' if ahead_s > 0.0 else 'before'
             return (
-                'the dial stands still: what comes on ship/imu does not continue the last good '
-                f'sample; its stamps lie {abs(ahead_s):.6g} s {side} it'
+                'the dial stands still: ship/imu does not continue the last good '
+                f'sample: its stamps are {abs(ahead_s):.6g} s {side} it'
             )
         return self._trouble
 
     def time_went_back(self) -> None:
-        """Set the dial again where the stamps go back next: all time begins again, as in a bag."""
+        """Set the dial again when the stamps next go back: all time begins again, as in a bag."""
         self._all_back = True
 
     def reset(self) -> None:
-        """Set the dial anew at the next good sample."""
+        """Set the dial again at the next good sample."""
         self._anew = True
         self._continuity.restart()
 
@@ -441,9 +438,9 @@ class LiveTrochlea(Stateful):
         return news
 
     def feed(self, batches: Mapping[str, Samples]) -> Batches:
-        """Take motion samples; return the samples that are known by now.
+        """Take motion samples and return the samples that are known by now.
 
-        Temperatures are taken as they come, and nothing waits for them (`HeldTemperature`).
+        Temperatures never delay them (`HeldTemperature`).
         """
         imu, felt = batches.get(SHIP_IMU), batches.get(SHIP_TEMPERATURE)
         if self._thermometer is not None and isinstance(felt, TemperatureSamples):
@@ -457,7 +454,7 @@ class LiveTrochlea(Stateful):
             self._take(imu, said)
         except PropagationError as error:
             del self._news[heard:]
-            if several:  # all samples before the one that fails are used
+            if several:  # use all samples before the one that fails
                 self.restore(before)
                 ones = [take(imu, slice(k, k + 1)) for k in range(len(imu.stamp_ns))]
                 return _joined([self.feed({SHIP_IMU: one}) for one in ones])
@@ -478,14 +475,14 @@ class LiveTrochlea(Stateful):
         return _joined(said)
 
     def _say(self, kind: str, now_ns: int, words: str) -> None:
-        """Add a line to the news, one of a kind in `TOLD_S`; counters have all."""
+        """Add a line to the news, at most one of a kind in `TOLD_S`."""
         before_ns = self._told_ns.get(kind)
         if before_ns is None or abs(now_ns - before_ns) >= TOLD_S * NS_PER_S:
             self._told_ns[kind] = now_ns
             self._news.append(words)
 
     def _moving(self, imu: ImuSamples) -> ImuSamples:
-        """Return the samples without those that repeat the stamp before; count them."""
+        """Return the samples without repeated stamps, and count these."""
         if not len(imu.stamp_ns):
             return imu
         moves = np.diff(imu.stamp_ns, prepend=self._newest_ns) != 0
@@ -519,7 +516,7 @@ class LiveTrochlea(Stateful):
             self._trouble = fault and f'{_UNUSABLE}: {fault}'
 
     def _test(self, imu: ImuSamples, said: list[Batches], *, final: bool = False) -> None:
-        """Use samples, unless the window that they end shows a fault; hold those of the first."""
+        """Use samples, unless their window shows a fault. Hold those of the first window."""
         held = self._held
         if held is not None:
             held += [imu] if len(imu.stamp_ns) else []
@@ -539,7 +536,7 @@ class LiveTrochlea(Stateful):
     def _move(self, parts: list[MotionRun], said: list[Batches]) -> None:
         for part in parts:
             if part.begins:
-                # a run without any reading is forgotten
+                # a run without any reading is dropped
                 if self._run is not None and self._run.said:
                     self._believe(self._stage.finish(), said)
                 self._begin(int(part.imu.stamp_ns[0]), part.stepped_ns)
@@ -562,7 +559,7 @@ class LiveTrochlea(Stateful):
             return
         stepped_ns = max(stepped_ns, shown.stamp_ns - origin_ns)
         back = f'the stamps of ship/imu went back by {stepped_ns / NS_PER_S:.6g} s: the dial '
-        if shown.setting.set_ns < EPOCH_1990_NS <= origin_ns:  # nothing can have rated it
+        if shown.setting.set_ns < EPOCH_1990_NS <= origin_ns:  # the clock was set to no date
             back, resets, stepped_ns = 'the stamps of ship/imu have a date now: the dial ', True, 1
         if self._anew:
             back, resets, stepped_ns, self._anew = 'on request the dial ', True, 1, False
@@ -582,7 +579,7 @@ class LiveTrochlea(Stateful):
         self._counts['dial_stops'] += 1
         if stepped_ns > 0:
             self._news.append(
-                f'{back}goes on from where it stood, and how long it stood still is not known; '
+                f'{back}goes on from where it stood. How long it stood still is unknown: '
                 'the estimate is less sure by that. reset_on_time_jump would set it anew'
             )
             return
@@ -594,7 +591,7 @@ class LiveTrochlea(Stateful):
         )
 
     def _fail(self, why: str) -> None:
-        """Abandon a run; the next sample begins another."""
+        """Abandon a run. The next sample begins another."""
         self._run = None
         self._trouble = why
         self._counts['runs_failed'] += 1
@@ -602,7 +599,7 @@ class LiveTrochlea(Stateful):
         self._continuity.restart()
 
     def _believe(self, batches: Batches, said: list[Batches]) -> None:
-        """Check the output of the stage, and return it with the readings of this dial."""
+        """Check the output of the stage, and add the dial's readings."""
         run, wheel = self._run, batches.get(JOINT_STATES)
         if run is None or not isinstance(wheel, JointSamples) or not len(wheel.stamp_ns):
             return
@@ -615,7 +612,7 @@ class LiveTrochlea(Stateful):
         self._shown = ShownReading(int(reading.stamp_ns[-1]), int(dial[-1]), run.setting)
 
     def health(self) -> dict[str, int]:
-        """Return counters of samples refused or left out, gaps bridged, and stops of the dial."""
+        """Return the numbers of refused and omitted samples, bridged gaps and stops."""
         slacks = {k: n for k, n in self._stage.health().items() if k == 'slacks'}
         return {**self._refused, **self._continuity.counts, **self._counts, **slacks}
 

@@ -66,19 +66,19 @@ if TYPE_CHECKING:
     from tauto_core.ship.suspension import CaseInCommon, Suspension
 
 # -----------------------------------------------------------------------------
-# The reading of the dial, with whole half turns and the fraction kept apart.
+# The reading of the dial. Whole half turns and the fraction are kept apart.
 
 
 def dial_ns(half_turns: IntArray, fraction: FloatArray, nominal_period_s: float) -> IntArray:
     """Return the reading [ns] since the dial was set: nominal_period · φ / 2π.
 
-    The phase φ is π (half_turns + fraction), 0 ≤ fraction < 1. The whole part is counted in
-    integers, so long runs lose no resolution (theory/reading.md).
+    The phase φ is π (half_turns + fraction), 0 ≤ fraction < 1. The whole part is computed with
+    integers: long runs lose no resolution (theory/reading.md).
     """
     half_period = 0.5 * nominal_period_s * NS_PER_S
     full = math.floor(half_period)
     part = half_period - full
-    # Blocks of 2²⁰ half turns keep the product with the rest exact to far below 1 ns.
+    # With blocks of 2²⁰ half turns the product with the rest is exact to far below 1 ns.
     blocks, remainder = np.divmod(half_turns, 2**20)
     block_ns = part * 2**20
     whole_block = math.floor(block_ns)
@@ -98,19 +98,19 @@ def at_departure(
 
 
 STALE_S_PER_DAY = 60.0
-"""Rate on land from which a stated nominal period is perhaps that of another machine [s/day]."""
+"""Rate on land above which a stated nominal period is perhaps another machine's [s/day]."""
 
 
 def nominal_period_s(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> float:
     """Return the time by which the dial advances in a full swing [s].
 
-    A dial whose scene does not state it is right at the start, in its gravity and temperature.
+    If the scene does not state it, the dial is right at the start, in its gravity and temperature.
     """
     return scene.clock.nominal_period or regulated_period_s(at_departure(scene, machine))
 
 
 def regulated_period_s(machine: AnyMachine | InPlaceOfWheel) -> float:
-    """Return the period of the steady swing, or of small swings where there is none [s]."""
+    """Return the period of the steady swing, or of small swings if there is no steady one [s]."""
     return _steady_period_s(machine) or machine.small_period
 
 
@@ -130,9 +130,9 @@ def on_first_day(
 
 
 def stale_dial(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[str]:
-    """Return a warning of a stated nominal period that is not the machine's.
+    """Return a warning if a stated nominal period is not the machine's.
 
-    It is off by more than `STALE_S_PER_DAY` from the steady swing and from small swings alike.
+    It must differ by more than `STALE_S_PER_DAY` from both the steady swing and small swings.
     """
     stated_s, machine_now = scene.clock.nominal_period, on_first_day(scene, machine)
     own_s = None if stated_s is None else _steady_period_s(machine_now)
@@ -153,23 +153,23 @@ def stale_dial(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[str]:
 # (theory/reading.md).
 
 NOISE_BLOCK = 4096
-"""Number of log indices drawn from one generator; the result depends on it."""
+"""Number of log indices drawn from one generator. The result depends on it."""
 
 STREAM = 0x6469616C
-"""Number of this stream of random numbers from the scene's seed ("dial" in ASCII)."""
+"""Number of the dial's random stream, from the scene's seed ("dial" in ASCII)."""
 
 
 class DialNoise(Stateful):
     """Noise that is added to the reading: phase x [s] and relative rate y over log intervals τ.
 
-    x' = x + τ y + w₁, y' = y + w₂; w₁ and w₂ are normal with the covariance
+    x' = x + τ y + w₁ and y' = y + w₂. The noises w₁ and w₂ are normal with the covariance
 
         | q1 τ + q2 τ³/3   q2 τ²/2 |
         | q2 τ²/2          q2 τ    |
 
     of the integrals over τ of ẋ = y + white noise (q1), ẏ = white noise (q2): Zucca and Tavella,
-    Metrologia 42 (2005) 289. x = y = 0 at log index 0, when the dial is set. The two normal
-    numbers of an index are a function of the seed and the index alone.
+    Metrologia 42 (2005) 289. x = y = 0 at log index 0, when the dial is set. The normal numbers of
+    an index depend only on the seed and the index.
 
     Args:
         scene: its `clock.white_fm`, `clock.random_walk_fm`, `log.interval` and `seed`.
@@ -195,7 +195,7 @@ class DialNoise(Stateful):
         return np.rint(NS_PER_S * x[index - begin]).astype(np.int64)
 
     def advance(self, top: int) -> tuple[FloatArray, FloatArray]:
-        """Return x [s] and y from the index reached to `top`, both included."""
+        """Return x [s] and y from the current index to `top`, both included."""
         start, parts = self._index + 1, [np.empty((0, 2))]
         for block in range(start // NOISE_BLOCK, top // NOISE_BLOCK + 1) if start <= top else ():
             if block != self._block:
@@ -230,12 +230,11 @@ class DialSetting:
     """The setting of a dial, and for how long it has stood still since.
 
     Args:
-        set_ns: true time at which it was set to that time [ns].
+        set_ns: true time at which it was set to this time [ns].
         lost_ns: time for which it has stood still [ns].
         stops: number of times that it has stood still.
         number: number of the setting, from 1.
-        unsure_ns: total time by which its stamps have stepped back [ns]; the duration of these
-            breaks is unknown.
+        unsure_ns: sum of the steps back of its stamps, after breaks of unknown duration [ns].
     """
 
     set_ns: int
@@ -245,7 +244,7 @@ class DialSetting:
     unsure_ns: int = 0
 
     def is_same_as(self, setting: DialSetting) -> bool:
-        """Return whether the dial has not been set in between; it may have stood still."""
+        """Return whether the dial has not been set in between. It may have stood still."""
         return (self.set_ns, self.number) == (setting.set_ns, setting.number)
 
     def again(self, set_ns: int) -> DialSetting:
@@ -261,7 +260,7 @@ class DialSetting:
 
     @staticmethod
     def of(source: str) -> DialSetting | None:
-        """Return the setting that a source describes; None if it describes none."""
+        """Return the setting that a source describes, or `None`."""
         match = _PATTERN.fullmatch(source)
         if match is None:
             return None
@@ -286,10 +285,10 @@ def _ns(seconds: str, fraction: str) -> int:
 WHEEL_NAMES = ('wheel',)
 BODY_NAMES = ('body',)
 NOTHING_YET = -(2**63)
-"""Stamp of the last temperature where none has come."""
+"""Stamp of the last temperature before the first one."""
 
 MOST_CELSIUS = 100.0
-"""Largest absolute temperature that a clock may have [°C]."""
+"""Largest absolute temperature of a clock [°C]."""
 
 PHASE_NAMES = ('phase', 'half_turns', 'half_turn_fraction', 'beats')
 SLACK_NAMES = ('slacks', 'slack_s', 'lost_joule')
@@ -297,7 +296,7 @@ WHEEL_FRAME = 'clock_case'
 
 
 class Warmth(Stateful):
-    """The temperatures of the clock at the logged instants that are known and still needed.
+    """The known temperatures of the clock at the logged instants, as long as they are needed.
 
     Args:
         heat: how the machine changes.
@@ -315,8 +314,9 @@ class Warmth(Stateful):
     def add(self, samples: TemperatureSamples) -> None:
         """Take the temperatures of the next logged instants.
 
-        PropagationError: a stamp that does not follow the last one by a log interval, or an
-        impossible temperature.
+        Raises:
+            PropagationError: a stamp that is not one log interval after the last, or an
+                impossible temperature.
         """
         if not len(samples.stamp_ns):
             return
@@ -328,7 +328,7 @@ class Warmth(Stateful):
             at = int(np.argmax(wrong))
             raise PropagationError(
                 f'ship/temperature has {samples.temperature[at]:.6g} °C at {samples.stamp_ns[at]} '
-                f'ns; the next logged instant is {stamps[at]} ns, and temperatures lie within '
+                f'ns. The next logged instant is {stamps[at]} ns, and temperatures are within '
                 f'±{MOST_CELSIUS:g} °C. Send one for each logged instant, in °C',
                 float((stamps[at] - first_ns) * 1e-9),
             )
@@ -336,7 +336,7 @@ class Warmth(Stateful):
         self.known_ns = int(stamps[-1])
 
     def over(self, forcing: Forcing) -> Temperatures:
-        """Return the temperatures over the spans, and forget those before them."""
+        """Return the temperatures over the spans, and drop earlier ones."""
         logs = (forcing.end_ns - 1) // self._log_ns
         begin, end = int(logs[0]), int(logs[-1])
         if self.varies:
@@ -358,20 +358,20 @@ class Warmth(Stateful):
 class TrochleaStage(Stateful):
     """The regulator and its dial, driven by the stamps of `ship/imu`.
 
-    Steps begin at samples, and span several where these are evenly spaced. They wait for the
+    Steps begin at samples, and span several of them if these are evenly spaced. They wait for the
     neighbours that interpolation needs (up to four samples), and end at samples and logged
-    instants. Bad samples are counted and left out (`screen`). Where the scene has a suspension,
-    the clock feels the motion of its case, four samples later.
+    instants. Bad samples are counted and left out (`screen`). With a suspension the clock moves
+    with its case, four samples later.
 
     Args:
-        scene: the scene to simulate; its motion comes through `feed`.
+        scene: the scene to simulate. Its motion comes through `feed`.
         anchor: 'scene': the first stamp must be `starts_at`, and the run ends with the scene.
             'first': time starts at the first stamp, and the run has no end.
         machine: the regulator of the scene, if it has been built already.
-        buffers: those of the clocks that are fed in the same sea in turn, if there are others.
+        buffers: shared by the clocks that are fed in the same sea in turn, if there are others.
 
     Raises:
-        SceneError: the machine cannot be built, or its suspension.
+        SceneError: the machine or its suspension cannot be built.
     """
 
     state_names = (
@@ -441,17 +441,17 @@ class TrochleaStage(Stateful):
 
     @property
     def inputs(self) -> tuple[str, ...]:
-        """The motion, and the temperature where the machine feels it."""
+        """The motion, and the temperature if the machine depends on it."""
         varies = self._warmth is not None and self._warmth.varies
         return (SHIP_IMU, SHIP_TEMPERATURE) if varies else (SHIP_IMU,)
 
     def feed(self, batches: Mapping[str, Samples]) -> Batches:
-        """Take motion samples; return the samples that are known by now.
+        """Take motion samples and return the samples that are known by now.
 
         Raises:
             PropagationError: slack thread, edge of the cam, a case that leaves its bearing, a
-                gap in the motion, a start that is not the scene's, temperatures that are not of
-                the logged instants.
+                gap in the motion, a start other than the scene's, or temperatures at other times
+                than the logged instants.
         """
         warmth, samples = self._warmth, batches.get(SHIP_TEMPERATURE)
         if warmth is not None and isinstance(samples, TemperatureSamples):
@@ -509,7 +509,8 @@ class TrochleaStage(Stateful):
     def finish(self) -> Batches:
         """Return the remaining samples, interpolated with one-sided windows.
 
-        PropagationError: the temperature ends before the motion.
+        Raises:
+            PropagationError: the temperature ends before the motion.
         """
         if self._waiting:
             late_s = (int(self._waiting[0].stamp_ns[0]) - (self._origin_ns or 0)) * 1e-9
@@ -590,7 +591,7 @@ class TrochleaStage(Stateful):
         return self._nominal_s
 
     def state(self) -> State:
-        """Return all that the next output depends on."""
+        """Return everything that the next output depends on."""
         return {**super().state(), 'waiting': [message(part) for part in self._waiting]}
 
     def restore(self, state: State) -> None:
@@ -599,44 +600,38 @@ class TrochleaStage(Stateful):
         self._waiting = list(state['waiting'])
 
     def health(self) -> dict[str, int]:
-        """Return the numbers of samples refused, by reason, or left out, and of gaps bridged.
-
-        And of times that the thread was slack, if it was.
-        """
+        """Return the numbers of refused samples by reason, omitted ones, bridged gaps, slacks."""
         stage = self._suspension or self._buffer
         slacks = {'slacks': self._slacks} if self._slacks else {}
         return {**self._refused, 'crowded': stage.crowded, 'bridged_gaps': stage.bridged, **slacks}
 
 
 # -----------------------------------------------------------------------------
-# The amplitude of the wheel and whether it still swings, from the topics alone.
+# The amplitude of the wheel, and whether it still swings, from the topics alone.
 
 LAST_SWINGS = 100
-"""Number of logged samples at the end whose mean energy gives the amplitude."""
+"""Number of logged samples at the end of which the mean energy gives the amplitude."""
 
 SILENCE_PERIODS = 2.0
-"""Number of periods, at the amplitude reached, without a beat, or with too little energy, after
-which a clock counts as stopped. A swing beats twice a period.
+"""Number of periods, at the last amplitude, without a beat or with too little energy after which a
+clock has stopped. A swing beats twice a period.
 """
 
 BODY_REST_PERIODS = 4.0
-"""Number of periods of small swings at rest after which a body in place of a wheel counts as
-stopped: its phase is then constant to the bit, or its energy less than the thermal one. That no
-beat comes proves nothing: a ship that rolls farther than the body swings carries it past the
-middle only as often as she rolls.
+"""Number of small-swing periods after which a body in place of a wheel has stopped, if its phase
+is constant to the bit or its energy less than the thermal one. Missing beats prove little: on a
+ship that rolls farther than the body swings, it passes the middle only as often as the ship rolls.
 """
 
 THERMAL_ENERGY_J = 1.380649e-23 * 293.0
-"""Mean energy of a wheel that only the warmth of a room moves, k_B T [J]; the swing of a clock
-with less has died away.
-"""
+"""Mean thermal energy of a wheel in a room, k_B T [J]. A swing with less energy has died away."""
 
 
 class SwingTally:
     """Amplitude at the end, and the time at which the clock stopped, over all batches fed.
 
-    At sea the wheel's motion in its case is treated as if the case lay still. So where the swing
-    follows the apparent vertical, a tilt τ of the apparent vertical adds ⟨τ²⟩ to its square.
+    It takes the wheel's motion in its case as if the case were still. If the swing follows the
+    apparent vertical, a tilt τ of that adds ⟨τ²⟩ to the amplitude squared.
 
     Args:
         scene: the scene of the clock.
@@ -686,11 +681,11 @@ class SwingTally:
             self._last_ns = max(self._last_ns, int(wheel.stamp_ns[-1]))
 
     def result(self) -> dict[str, float | str | None]:
-        """Return the figures; none if no sample came.
+        """Return the figures, an empty mapping without samples.
 
-        Keys: `amplitude_rad` of the last swings of a wheel; `stopped_s`, time from the start of
-        the last logged instant at which the clock still went, and `stopped_why`, the reason as a
-        clause. These two are None if it still runs.
+        `amplitude_rad` belongs to the last swings of a wheel. `stopped_s` is the time from the
+        start of the last logged instant at which the clock ran, and `stopped_why` a clause with
+        the reason. Both are `None` if it still runs.
         """
         machine = self._machine
         if isinstance(machine, InPlaceOfWheel):
@@ -715,9 +710,9 @@ class SwingTally:
 
     @cached_property
     def _needed(self) -> float:
-        """Energy of the smallest swing with which a clock runs [J].
+        """Energy of the smallest swing that runs a clock [J].
 
-        It reaches the impulse on either side, and exceeds the thermal energy.
+        It reaches the impulse on both sides and exceeds the thermal energy.
         """
         escapement = self._scene.escapement
         if isinstance(self._machine, InPlaceOfWheel) or escapement is None:
@@ -731,17 +726,17 @@ class SwingTally:
         self._first_ns = self._last_ns = self._beat_ns = self._reach_ns = first_ns
 
     def _stopped(self, machine: AnyMachine, amplitude: float) -> tuple[float | None, str | None]:
-        """Return when the clock stopped, from the start [s], and why; None if it still runs.
+        """Return when the clock stopped, from the start [s], and why, or `None` twice.
 
-        A period is that at the amplitude reached: on a wide swing of a heavy weight it may be many
-        times that of small swings.
+        The period at the last amplitude counts: for a wide swing of a heavy weight it may be many
+        small-swing periods.
         """
         allowed_s = SILENCE_PERIODS * nearest_period(machine, amplitude)
         ends: list[tuple[int, str]] = []
         if (self._last_ns - self._beat_ns) / NS_PER_S > allowed_s:
             ends.append((self._beat_ns, 'from then on the wheel did not pass the middle'))
-        # The counter shows a beat wherever it lies between two logged instants. The energy is
-        # known at logged instants alone, so that a single one with too little proves nothing.
+        # The counter shows a beat anywhere between two logged instants. The energy is known at
+        # logged instants only, so a single one with too little proves little.
         short_ns = self._last_ns if self._short_ns is None else self._short_ns
         if (self._last_ns - short_ns) / NS_PER_S > allowed_s:
             why = 'its swing had died away'
@@ -753,7 +748,7 @@ class SwingTally:
         return self._since_start(ends)
 
     def _since_start(self, ends: list[tuple[int, str]]) -> tuple[float | None, str | None]:
-        """Return the first of several ends, from the start [s], and why; None without any."""
+        """Return the first of several ends, from the start [s], and why, or `None` twice."""
         if not ends:
             return None, None
         went_ns, why = min(ends)
