@@ -285,7 +285,7 @@ def test_a_step_back_of_the_stamps_is_a_break_of_unknown_length(step_s: float):
     assert np.diff(reading.time_ref_ns).min() >= 0
     assert np.diff(reading.time_ref_ns).max() < 1.3e9
     assert stage.health()['dial_settings'] == 0
-    assert 'not known' in stage.news()[0]
+    assert 'is unknown' in stage.news()[0]
     estimate = drift.feed({READING: reading})
     at = int(np.flatnonzero(np.diff(reading.stamp_ns) < 0)[0])
     before, after = estimate[ESTIMATE].position[at : at + 2, :2]

@@ -1,7 +1,7 @@
 """The rate equation: the change of the clock's rate by the ship's motion (rate.md).
 
-The rate is y + Σ k_j x_j. Here are the clock model of a scene and the coefficients k_j, from short
-runs of the scene's own machine; `regressors` has the x_j.
+The rate is y + Σ k_j x_j with the regressors x_j (`regressors`). Short runs of the scene's own
+machine give the coefficients k_j.
 """
 
 from __future__ import annotations
@@ -57,8 +57,7 @@ PATIENCE = 3.0
 def clock_model(scene: Scene) -> ClockModel:
     """Return the clock model of the scene's `drift`, with covariates.
 
-    The coefficients are those of the scene or, where it gives none, those from trial runs of its
-    machine.
+    Coefficients that the scene does not state come from trial runs of its machine.
     """
     model = dial_model(scene)
     if not scene.drift.covariates:
@@ -69,7 +68,7 @@ def clock_model(scene: Scene) -> ClockModel:
 def expected_walk_per_s(scene: Scene) -> float:
     """Return the density of the random walk of the rate that the navigator expects [1/s].
 
-    The dial's own, which is simulated, or what the scene's `drift` says, whichever is larger.
+    It is the larger of the dial's own, which is simulated, and the scene's `drift`.
     """
     return max(scene.clock.random_walk_fm_per_s, walk_per_s(scene.drift.random_walk_fm or 0.0))
 
@@ -77,8 +76,8 @@ def expected_walk_per_s(scene: Scene) -> float:
 def dial_model(scene: Scene) -> ClockModel:
     """Return the clock model of the scene's `drift`, with at least the noise of a good clock.
 
-    Outliers are refused for three observation intervals. After that, as at a landfall, a change of
-    the clock is more likely than an error of the observer.
+    Outliers are rejected for three observation intervals. After that, as at a landfall, a change
+    of the clock is more likely than an error of the observer.
     """
     drift, clock, voyage = scene.drift, scene.clock, scene.voyage
     return ClockModel(
@@ -97,24 +96,23 @@ def dial_model(scene: Scene) -> ClockModel:
 
 
 # -----------------------------------------------------------------------------
-# The wandering of the rate under way that a navigator expects who states none (navigator.md): the
-# clock's own answers to air, gravity and sea, and what these do on a passage.
+# The wandering of the rate under way that a navigator expects by default (navigator.md), from the
+# clock's response to air, gravity and sea, and their changes on a passage.
 
 PASSAGE_KELVIN, PASSAGE_GRAVITY, PASSAGE_SEA = 1.6, 1.12e-4, 1.7e-5
-"""Random walks in a day of what the rate meets on a passage: the air [K], the covariate `gravity`
-[1], and the mean of the covariate `heave` [1].
+"""Random walks in a day of the causes on a passage: air [K], covariate `gravity` [1], and mean of
+the covariate `heave` [1].
 
-That whose double integral has the mean square of the air's, by the climate, and of gravity's on
-every second one of the 185 passages of docs/trial.csv; the sea's is what they leave of the error
-of a weight.
+The double integral of a walk has the mean square of the air's (by the climate) and of gravity's on
+every second of the 185 passages of docs/trial.csv. The sea's is the rest of a weight's error.
 """
 
 AIR_WITH_GRAVITY = -0.94
-"""Correlation of the two there: towards the equator it is warmer, and gravity less."""
+"""Their correlation there: towards the equator it is warmer, and gravity smaller."""
 
 CLIMATE_KELVIN = 7.0
-"""Change of temperature for which the clock's answer is found: the root mean square of the mean
-change of the air on those passages [K].
+"""Change of temperature for the clock's response: root mean square of the mean change of the air
+on those passages [K].
 """
 
 
@@ -122,19 +120,19 @@ class ClimateWalk(NamedTuple):
     """The wandering of the rate under way by its causes.
 
     Attributes:
-        density_per_s: density of the random walk of the rate [1/s]; 0: none.
-        causes: names of what makes it.
+        density_per_s: density of the random walk of the rate [1/s], 0 without causes.
+        causes: their names.
     """
 
     density_per_s: float = 0.0
     causes: tuple[str, ...] = ()
 
 
-@lru_cache(maxsize=16)  # the air of a passage takes 10 ms to set up, and six ask
+@lru_cache(maxsize=16)  # the air of a passage takes 10 ms to set up, and six callers need it
 def climate_walk(scene: Scene) -> ClimateWalk:
     """Return the wandering of the rate under way that the navigator expects.
 
-    None where the scene states one, and none by what its rate equation follows.
+    It is zero if the scene states one. Causes that its rate equation follows do not count.
     """
     drift, named = scene.drift, scene.drift.covariates or ()
     stated = drift.random_walk_fm is not None or drift.white_fm is not None
@@ -165,10 +163,10 @@ def climate_walk(scene: Scene) -> ClimateWalk:
 
 @lru_cache(maxsize=64)
 def _per_kelvin(tried: _Tried, begins: float) -> tuple[float, float]:
-    """Return what a kelvin towards cold and one towards warm add to the rate [1/K].
+    """Return the change of the rate per kelvin towards cold and towards warm [1/K].
 
-    `begins` is the temperature at departure [°C]. 0 where a machine does not swing steadily, so
-    that its rate means little.
+    `begins` is the temperature at departure [°C]. The changes are 0 if the machine does not swing
+    steadily.
     """
     built = cast(AnyMachine, compile_machine(tried.scene))
     base, slopes = built.at_celsius(begins), [0.0, 0.0]
@@ -182,7 +180,7 @@ def _per_kelvin(tried: _Tried, begins: float) -> tuple[float, float]:
 
 
 def assumption(scene: Scene) -> str:
-    """Return what the navigator takes the rate to do, on which all his ± rest."""
+    """Return the navigator's assumption about the rate, on which all his ± rest."""
     model, names = dial_model(scene), (scene.drift.covariates or ())
     words = []
     if names:
@@ -213,28 +211,26 @@ def _listed(names: Iterable[str]) -> str:
 # -----------------------------------------------------------------------------
 # The coefficients of the rate equation, from short runs of the scene's own machine.
 #
-# The clock is run on a ship that only heaves, or only rolls, in a small wave of one period. The
-# coefficient is the change of the rate divided by the mean of the regressor. It is averaged over
-# several phases of the wave at the release, since in a real sea that phase is random. The
-# coefficient is the mean over several periods of the waves. Its standard deviation is their
-# spread, with an allowance for effects that a single wave cannot show.
+# The ship only heaves, or only rolls, in a small wave of one period. The coefficient is the change
+# of the rate divided by the mean of the regressor, averaged over several phases of the wave at the
+# release (random in a real sea) and over several periods. Its standard deviation is the spread of
+# the periods, with an allowance for effects that a single wave cannot show.
 #
 # Small regular waves do not excite the motions that make some machines chaotic, such as the swing
-# of a thread. So the clock is also run for some hours in a moderate sea. The error that the
-# equation leaves there is compared with its sigma by the priors of the coefficients (`fit`).
+# of a thread. So the clock also runs for some hours in a moderate sea. The remaining error of the
+# equation there is compared with its sigma by the priors of the coefficients (`fit`).
 
 HEAVE_PERIODS_S = (2.0, 3.0, 4.0, 6.0, 9.0)
-"""Periods of the waves of the trial runs in heave [s]. The acceleration of a sea is in its shorter
-waves, more so at encounter frequencies: nearly all of that of a winter's Atlantic lies between 2
-and 8 s.
+"""Periods of the waves of the trial runs in heave [s]. The shorter waves of a sea accelerate most,
+more so at encounter frequencies: in a winter's Atlantic almost all between 2 and 8 s.
 """
 
 ROLL_PERIODS_S = (6.0, 9.0, 13.0)
-"""Periods of the waves of the trial runs in roll [s], none shorter than ships roll naturally."""
+"""Periods of the waves of the trial runs in roll [s], not below natural roll periods of ships."""
 
 LEAST_SAMPLES = 10
-"""Least number of samples of `ship.rate` in a wave of a trial run; shorter waves are left out, but
-for the two longest.
+"""Least number of samples of `ship.rate` in a wave of a trial run. Shorter waves are left out,
+except the two longest.
 """
 
 PHASES = tuple(0.5 * math.pi * k for k in range(4))
@@ -243,8 +239,8 @@ effects of twice its phase between quarters.
 """
 
 HEAVE = 0.05
-"""Acceleration of the heave in the trial runs over gravity. The effect is proportional to the
-square; the next power is 3e-4 of that.
+"""Acceleration of the heave in the trial runs over gravity. The effect is proportional to its
+square, and the next power is 3e-4 of that.
 """
 
 ROLL_RAD = 0.05
@@ -254,26 +250,26 @@ RUN_S = 600.0
 """Length of a run after the swing has settled [s]: 46 of the longest waves."""
 
 SETTLED = 6.0
-"""Number of time constants after which the steady swing counts as settled: e⁻⁶ is 1/400."""
+"""Number of time constants after which the steady swing has settled: e⁻⁶ is 1/400."""
 
 LONGEST_SETTLING_S = 3600.0
-"""Longest time allowed for a swing to settle [s]."""
+"""Longest time for a swing to settle [s]."""
 
 PART, LEAST = 0.05, 0.005
-"""Allowance in the standard deviation for what one small wave cannot show: as a share of the
-coefficient, and its least value.
+"""Allowance in the standard deviation for effects that one small wave cannot show: as a fraction
+of the coefficient, and its least value.
 """
 
 GRAVITY_STEPS = (-0.005, 0.005)
-"""Changes of gravity in the trial runs, as shares; from pole to equator it is 0.0053."""
+"""Relative changes of gravity in the trial runs. From pole to equator it is 0.0053."""
 
 RAMP_S = 300.0
-"""Time in which a trial run changes gravity [s]. It is long beside a swing, so that a wheel that
-nothing damps keeps its action, as it does on a voyage.
+"""Time in which a trial run changes gravity [s]. It is many swings, so an undamped wheel keeps its
+action, as on a voyage.
 """
 
 HEAT_STEP = 5.0
-"""Least change of temperature to either side of the start that is tried [K]; a larger change in
+"""Least change of temperature to either side of the start that is tried [K]. A larger change in
 the scene's air replaces it.
 """
 
@@ -282,38 +278,36 @@ ALLOWANCES = {
     'temperature': (0.1, 1e-6),
     'temperature_squared': (0.1, 1e-8),
 }
-"""The same as PART and LEAST where a change is tried that the voyage really has.
+"""The same as PART and LEAST for changes that the voyage really has.
 
-For gravity the remaining uncertainty is that the sea changes the amplitude, and with it the
-response. For heat it is the materials: chronometers with a steel spring and a plain brass balance
-lost 11.0 (Airy 1859) and 11.8 s/day (Berthoud 1773) for each kelvin, 3 and 10 % more than by the
-table of materials, and oils of one name differ by as much. The least is 0.09 s/day/K.
+For gravity the sea changes the amplitude and with it the response. For heat the materials differ:
+chronometers with a steel spring and a plain brass balance lost 11.0 (Airy 1859) and 11.8 s/day/K
+(Berthoud 1773), 3 and 10 % more than by the table of materials, and oils of one name differ by as
+much. The least is 0.09 s/day/K.
 """
 
 ACTION_STEPS = 40
-"""Steps in which the amplitude of equal action is found; each is twice as near or more."""
+"""Iterations for the amplitude of equal action. Each at least halves the error."""
 
 SEA = {'spectrum': 'bretschneider', 'significant_wave_height': 2.5, 'peak_period': 9.0}
 SLOPE, SEA_RATE_HZ = 0.7, 5.0
-"""Sea of the test of fit, which comes from abeam; wave-slope coefficient and sampling rate of the
-ship. They are those of most built-in scenes.
+"""Sea of the test of fit, from abeam, with the wave-slope coefficient and sampling rate of most
+built-in scenes.
 """
 
 SEAS, SEA_S, SEA_LOG_S = 6, 10_800.0, 60.0
 """Number, length and log interval [s] of the runs in that sea."""
 
 SEA_TOLERANCE = 1e-6
-"""Relative error of a step in that sea, as in the clocks to compare; the rate is right to 0.01
-s/day.
-"""
+"""Relative error of a step in that sea, which is 0.01 s/day in the rate."""
 
 RESPONSE_TOLERANCE = 2e-12
-"""Relative error of a step where the machine's response to single waves is found."""
+"""Relative error of a step in single waves."""
 
 FITS = 2.0
-"""Largest departure from the equation, in the sigmas of its priors, at which it fits. All runs
-share the coefficients, so an honest prior exceeds it for one machine in 22. Of the shipped
-machines those that fit depart by 0.3 at most, the others by more than 2.6.
+"""Largest departure from a fitting equation, in sigmas of its priors. All runs share the
+coefficients, so an honest prior exceeds it for one machine in 22. Of the built-in machines the
+fitting ones depart by 0.3 at most, the others by more than 2.6.
 """
 
 
@@ -323,8 +317,8 @@ class Runs:
 
     Attributes:
         name: name of the covariate.
-        at: the coefficient for each period of the waves [s], each change of gravity as a share, or
-            each change of temperature [K].
+        at: the coefficient for each wave period [s], relative change of gravity, or change of
+            temperature [K].
     """
 
     name: str
@@ -343,8 +337,9 @@ class Runs:
 def coefficients(scene: Scene) -> tuple[Coefficient, ...]:
     """Return the priors of the coefficients of a scene's covariates, in their order.
 
-    It is a SceneError if the machine cannot be run in the waves of the trials, or if no rate
-    equation fits it and the scene does not assume that its rate walks at random.
+    Raises:
+        SceneError: the machine cannot be run in the waves of the trials, or no rate equation fits
+            it and the scene does not assume a random walk of its rate.
     """
     tried, settings = (
         {run.name: run.coefficient for run in runs(scene)},
@@ -359,7 +354,7 @@ def coefficients(scene: Scene) -> tuple[Coefficient, ...]:
     moves = tuple(tried[name] for name in tried if name in SHAKEN_BY)
     if not moves:
         return tuple(priors)
-    # coefficients that the scene states are not tested
+    # stated coefficients are not tested
     try:
         fitted = fit(scene, moves)
     except TautoError as error:
@@ -385,9 +380,10 @@ def coefficients(scene: Scene) -> tuple[Coefficient, ...]:
 
 
 def runs(scene: Scene) -> tuple[Runs, ...]:
-    """Return the results of trial runs for the coefficients that a scene does not give.
+    """Return the trial runs for the coefficients that a scene does not state.
 
-    It is a SceneError if the machine cannot be run in the small waves of the trial.
+    Raises:
+        SceneError: the machine cannot be run in the small waves of the trial.
     """
     settings = scene.drift.coefficients
     names = tuple(n for n in scene.drift.covariates or () if getattr(settings, n, None) is None)
@@ -421,10 +417,10 @@ class Fit(NamedTuple):
     """How a clock's rate in a moderate sea departs from a rate equation.
 
     Attributes:
-        sigmas: root mean square of the error at the end of the runs that the equation leaves,
-            in the standard deviations that follow from the priors of the coefficients.
-        random_walk_fm: the random walk that explains by how much the rate that is left changes
-            from the first half of a run to the second, as `drift.random_walk_fm` [s/day].
+        sigmas: root mean square of the remaining error at the end of the runs, in its standard
+            deviations by the priors of the coefficients.
+        random_walk_fm: random walk that explains the change of the remaining rate from the first
+            half of a run to the second, as `drift.random_walk_fm` [s/day].
     """
 
     sigmas: float
@@ -499,8 +495,7 @@ def _fit(tried: _Tried, priors: tuple[Coefficient, ...]) -> Fit:
 
 def _alone(scene: Scene) -> Scene:
     """Return the scene's machine on a ship that only the trial waves move."""
-    # the machine's response does not depend on the accuracy of a voyage, nor on a rate
-    # that may follow from it
+    # the response depends neither on the accuracy of a voyage nor on a `ship.rate` for it
     ship = ComponentsShip(height=scene.ship.height)
     if scene.accuracy is None:
         ship = ship.model_copy(update={'rate': scene.ship.rate})
@@ -525,7 +520,7 @@ def _alone(scene: Scene) -> Scene:
 
 
 class _Tried(NamedTuple):
-    """The input of trial runs; equal inputs have equal parts."""
+    """The input of trial runs. Equal inputs have equal hashes."""
 
     scene: Scene
 
@@ -535,7 +530,7 @@ class _Tried(NamedTuple):
 
 @lru_cache(maxsize=16)
 def _runs(tried: _Tried, names: tuple[str, ...], heave: float) -> tuple[Runs, ...]:
-    """Return the trial runs; `heave` is its coefficient if stated, otherwise 0 or found first."""
+    """Return the trial runs. `heave` is its stated coefficient, else 0 until it is found."""
     ship, gravity, results = tried.scene.ship, tried.scene.g, []
     assert isinstance(ship, ComponentsShip)
     if moves := sorted(name for name in names if name in SHAKEN_BY):
@@ -556,7 +551,7 @@ def _runs(tried: _Tried, names: tuple[str, ...], heave: float) -> tuple[Runs, ..
                 gained = run.error_s(ship_in_waves) - calm
                 if (
                     heave
-                ):  # roll shakes a clock above its axis, which is part of the first covariate
+                ):  # roll shakes a clock above its axis, which the first covariate includes
                     gained = gained - heave * run.integrals_s(ship_in_waves, 0)[: len(calm), 0]
                 rates.append(_slope(gained, run.interval_s))
             at[period_s] = float(np.mean(rates)) / mean
@@ -581,9 +576,9 @@ def _by_heat(
 ) -> tuple[Runs, ...]:
     """Return the coefficients of temperature, by the rates of the warmer and colder machine.
 
-    A polynomial of the `powers` goes through the rates at both ends of the range, another through
-    those half way there; with one power there is one for each end. `warmth` has the temperature at
-    the start, the lowest and the highest [°C].
+    One polynomial of the `powers` passes through the rates at both ends of the range, another
+    through the rates half way; with one power there is one for each end. `warmth` is the
+    temperature at the start, the lowest and the highest [°C].
     """
     machine, (begins, lowest, highest) = compile_machine(tried.scene), warmth
     ends = np.array([min(lowest - begins, -HEAT_STEP), max(highest - begins, HEAT_STEP)])
@@ -608,9 +603,9 @@ def _by_heat(
 def _warm_rate(scene: Scene, machine: AnyMachine, base: AnyMachine, nominal_s: float) -> float:
     """Return the rate of a dial at the temperature of a machine, released as `base` is.
 
-    It is that of the steady swing. A wheel without drag or drive keeps its action instead, as it
-    does while the temperature changes slowly, but for a lever. One on a thread that swings, or
-    whose swing dies away, is run; an unbalanced one, too, where it has no steady swing.
+    It is the rate of the steady swing. A wheel without drag or drive keeps its action instead, as
+    it does while the temperature changes slowly, except with a lever. Machines without a steady
+    swing are run: swinging threads, decaying swings, some unbalanced wheels.
     """
     steady = isinstance(machine, LeverMachine) or (
         isinstance(machine, Machine) and machine.imbalance is None
@@ -633,7 +628,7 @@ def _warm_rate(scene: Scene, machine: AnyMachine, base: AnyMachine, nominal_s: f
 
 
 def _action(machine: Machine, amplitude: float) -> float:
-    """Return ∮ Mϑ̇ dϑ of a free swing [J s], which goes as A² in a harmonic well."""
+    """Return ∮ Mϑ̇ dϑ of a free swing [J s], which is proportional to A² in a harmonic well."""
     top = float(machine.potential(amplitude))
     joints = machine.cam.joints[machine.cam.joints < amplitude]
     cuts = np.arcsin(np.sqrt(machine.potential(joints) / top))
@@ -646,10 +641,10 @@ def _action(machine: Machine, amplitude: float) -> float:
 
 
 class _Run:
-    """Runs the clock of a scene on one ship after the other; its stage is built once.
+    """Runs the clock of a scene on one ship after the other, in one stage.
 
     A run lasts `length_s` after the swing has settled. If it `changes` gravity, the swing settles
-    again before that. The machine is that of the scene, if not given.
+    again before that. By default the machine is the scene's.
     """
 
     def __init__(
@@ -677,7 +672,7 @@ class _Run:
     def error_s(self, ship: ShipKind, seed: int = 0, heavier: float = 0.0) -> FloatArray:
         """Return the error of the dial at the logged instants once the swing has settled [s].
 
-        From then on all forces grow by a share, smoothly, where it is given.
+        From then on all forces grow smoothly by the fraction `heavier`.
         """
         imu = self._motion(ship, seed)
         if heavier:
@@ -707,10 +702,10 @@ class _Run:
 
 
 def _slope(error_s: FloatArray, interval_s: float) -> float:
-    """Return the mean rate of evenly spaced errors; oscillations do not change it.
+    """Return the mean rate of evenly spaced errors.
 
-    The straight line is fitted with weights that fall to zero smoothly at both ends (cos⁴), so
-    that oscillations about it, of any period, cancel.
+    The line is fitted with weights that fall to zero smoothly at both ends (cos⁴): oscillations
+    about it, of any period, cancel.
     """
     count = len(error_s)
     at = (np.arange(count) - 0.5 * (count - 1)) * interval_s
