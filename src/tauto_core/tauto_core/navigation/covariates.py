@@ -549,9 +549,7 @@ def _runs(tried: _Tried, names: tuple[str, ...], heave: float) -> tuple[Runs, ..
                 wave = (Component(amplitude=size, period=period_s, phase=phase),)
                 ship_in_waves = ship.model_copy(update={'heave' if heaves else 'components': wave})
                 gained = run.error_s(ship_in_waves) - calm
-                if (
-                    heave
-                ):  # roll shakes a clock above its axis, which the first covariate includes
+                if heave:  # roll shakes a clock above its axis, which the first covariate includes
                     gained = gained - heave * run.integrals_s(ship_in_waves, 0)[: len(calm), 0]
                 rates.append(_slope(gained, run.interval_s))
             at[period_s] = float(np.mean(rates)) / mean

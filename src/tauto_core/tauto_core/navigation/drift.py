@@ -63,8 +63,7 @@ def observed_phases(
 ) -> FloatArray:
     """Return reading minus observed true time at each observation within the readings [s], (n,).
 
-    The error is linear between two readings. The result for one observation does not depend on the
-    others.
+    The error is linear between two readings. Observations do not affect each other.
     """
     error = on_line(stamp_ns, (reference_ns - stamp_ns)[:, None], at_ns)[:, 0]
     return np.asarray((error - (observed_ns - at_ns)) / NS_PER_S, np.float64)
@@ -85,19 +84,19 @@ def on_line(stamp_ns: IntArray, values: FloatArray | IntArray, at_ns: IntArray) 
 
 
 # -----------------------------------------------------------------------------
-# The contents of `drift/estimate` and `clock/corrected` for an estimate.
+# The contents of `drift/estimate` and `clock/corrected`.
 
 ESTIMATE_NAMES = ('offset_s', 'offset_sigma_s', 'rate_s_per_day', 'rate_sigma_s_per_day')
-"""Names in every estimate; with covariates others follow (`estimate_names`)."""
+"""Names in every estimate. With covariates others follow (`estimate_names`)."""
 
 MEAN_RATE_NAMES = ('mean_rate_s_per_day', 'mean_rate_sigma_s_per_day')
 
 MOST_NS = 4e18
-"""Above the times of ROS, and within int64."""
+"""More than the times of ROS, and within int64 [ns]."""
 
 
 class Passed(NamedTuple):
-    """Time and integrals of readings since the first one.
+    """Time and integrals since the first reading.
 
     Attributes:
         elapsed_s: time since the first reading [s], (n,).
@@ -119,10 +118,10 @@ def estimate_names(covariates: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _sigma(variance: FloatArray) -> FloatArray:
-    """Return the sigma of a variance; infinite where rounding has left a negative one.
+    """Return the sigma of a variance, infinite if rounding has made it negative.
 
-    That takes stamps or true times that no clock has, of a broken sensor or a stranger: a rate of
-    millions of seconds a second, from which nothing can be predicted.
+    This takes stamps or true times of a broken sensor: with rates of millions of seconds per
+    second no prediction is possible.
     """
     return np.sqrt(np.where(variance < 0.0, np.inf, variance))
 
@@ -130,7 +129,7 @@ def _sigma(variance: FloatArray) -> FloatArray:
 def estimate_values(
     now: Estimate[FloatArray], covariates: tuple[str, ...], passed: Passed | None = None
 ) -> FloatArray:
-    """Return the values of `estimate_names`, (n, names); `passed` is needed with covariates."""
+    """Return the values of `estimate_names`, (n, names). Covariates need `passed`."""
     clock = [now.x, _sigma(now.xx), now.y * DAY_S, _sigma(now.yy) * DAY_S]
     if passed is None:
         return np.column_stack(clock)
@@ -151,7 +150,7 @@ def estimate_values(
 
 
 def has_mean_rate(found: Mapping[str, float]) -> bool:
-    """Return whether an estimate by name has the mean rate of the voyage, due to covariates."""
+    """Return whether an estimate has the mean rate of the voyage, due to covariates."""
     return MEAN_RATE_NAMES[0] in found
 
 
@@ -166,8 +165,8 @@ def estimates(
 ) -> Batches:
     """Return estimate and corrected time for readings, each from the last state at its stamp.
 
-    Every reading is predicted from that state in one step, so the result does not depend on the
-    log interval.
+    Every reading is predicted from this state in one step: the result does not depend on the log
+    interval.
     """
     place = np.searchsorted(way.stamp_ns[1:], stamps, 'right')
     elapsed = (stamps - way.stamp_ns[place]) / NS_PER_S
@@ -176,7 +175,7 @@ def estimates(
     sailed_ns = np.maximum(way.stamp_ns[place], model.sails_ns)
     under_way_s = np.maximum(stamps - sailed_ns, 0) / NS_PER_S
     now = predict(then, elapsed, model, gained, under_way_s)
-    # absurd observations could exceed int64; no message has times as large as this limit
+    # absurd observations could exceed int64
     error_ns = np.nan_to_num(np.clip(now.x * NS_PER_S, -MOST_NS, MOST_NS), nan=MOST_NS)
     corrected = references - np.rint(error_ns).astype(np.int64)
     values = estimate_values(now, model.names, passed)
@@ -187,7 +186,7 @@ def estimates(
 
 
 # -----------------------------------------------------------------------------
-# The recent run of the filter, kept so that it can be repeated when an observation comes late.
+# The recent run of the filter, which is repeated when an observation comes late.
 
 REMEMBERED = 64
 """Least number of recent observations that the filter can repeat."""
@@ -197,7 +196,7 @@ Observed: TypeAlias = tuple[int, float, float, tuple[float, ...]]
 
 
 class Seen(NamedTuple):
-    """An observation that the filter has seen, and its fate (`filtering`)."""
+    """An observation that the filter has used, and its fate (`filter_phases`)."""
 
     stamp_ns: int
     phase_s: float
@@ -214,7 +213,7 @@ class Seen(NamedTuple):
 class Track(Stateful):
     """Takes observations in any order, and gives the state as if they had come in order.
 
-    It begins with the state when the dial was set, or after a stop, with the track `before` it.
+    It begins with the state when the dial was set, or after a stop, following the track `before`.
     """
 
     state_names = ('oldest_ns', 'counts')
@@ -229,7 +228,7 @@ class Track(Stateful):
 
     @property
     def oldest_ns(self) -> int:
-        """The earliest stamp that an observation may still have."""
+        """The earliest stamp of a further observation."""
         return self._oldest_ns
 
     @property
@@ -238,7 +237,7 @@ class Track(Stateful):
         return self._last
 
     def has(self, stamp_ns: int) -> bool:
-        """Return whether an observation of this stamp is among those kept."""
+        """Return whether an observation of this stamp is remembered."""
         return any(record.stamp_ns == stamp_ns for record in reversed(self._seen))
 
     def count(self, fate: int) -> int:
@@ -252,10 +251,10 @@ class Track(Stateful):
         sigma_s: Sequence[float] | None = None,
         integrals_s: Sequence[tuple[float, ...]] = (),
     ) -> Filtered:
-        """Take observations of new stamps, none before `oldest_ns`; return the repeated run.
+        """Take observations of new stamps, none before `oldest_ns`, and return the repeated run.
 
-        It begins at the last state before the first of them, or earlier. Arguments are those of
-        `filter_phases`.
+        It begins at the last state before the first of them, or earlier. `filter_phases` explains
+        the arguments.
         """
         if sigma_s is None:
             sigma_s = [self._model.observation_sigma_s] * len(stamp_ns)
@@ -275,9 +274,9 @@ class Track(Stateful):
         return filter_phases(start, stamps, phases, self._model, sigmas, integrals)
 
     def _remember(self, history: list[Seen], new: list[Observed], way: Filtered) -> None:
-        """Move the base forward when more than enough observations have been seen since.
+        """Move the base forward when there are twice as many observations as needed.
 
-        Those of the run are `new`; those since the base, before it, are `history`.
+        `new` belong to the run, `history` to the time between the base and the run.
         """
         total = len(history) + len(new)
         begin = max(total - REMEMBERED - len(history), 0) if total >= 2 * REMEMBERED else 0
@@ -304,7 +303,7 @@ class Track(Stateful):
             self._counts[fate] += old_fates.count(fate)
 
     def state(self) -> State:
-        """Return all that the next result depends on."""
+        """Return everything that the next result depends on."""
         return {
             **super().state(),
             'base': _plain(self._base),
@@ -335,48 +334,49 @@ _WARNINGS = {
     'readings_out_of_order': '{readings} {were} out of order and left out',
     'observations_out_of_order': '{observations} came after later ones and {were} left out',
     'observations_repeated': '{observations} had the stamp of another and {were} left out',
-    'observations_delayed': '{observations} came after later ones; the filter went back for '
+    'observations_delayed': '{observations} came after later ones, and the filter went back for '
     '{them}',
     'observations_from_future': '{observations} {were} stamped a day or more after the newest '
     'reading and left out: check whose clock stamped {them}',
     'observations_unscheduled': '{observations} {were} not at the times of the scene and left out',
     'observations_missing': '{observations} of the scene did not come',
-    'observations_too_old': '{observations} {were} older than what is remembered and left out',
-    'observations_unknown': '{observations} named a source of time that has no sigma and {were} '
-    f'left out; sources are {", ".join(SOURCES[1:])} (drift.observation_sigma, '
+    'observations_too_old': '{observations} {were} older than the remembered readings and left '
+    'out',
+    'observations_unknown': '{observations} named a source of time without a sigma and {were} '
+    f'left out. Sources are {", ".join(SOURCES[1:])} (drift.observation_sigma, '
     'drift.lunars.sigma, drift.gnss_sigma)',
     'observations_before_1990': '{observations} gave a time before 1990 and {were} left out: the '
     'receiver has no fix yet, or gives another time than UTC',
     'observations_rolled_over': '{observations} {were} off by 1,024 weeks, or a multiple, and '
-    "left out: the receiver's firmware is of an earlier era of GPS; renew it, or add the weeks",
+    "left out: the receiver's firmware is of an earlier era of GPS. Renew it, or add the weeks",
     'observations_years_off': '{observations} {were} ten years or more from the clock that '
     "stamped {them} and left out: set the computer's clock, or check the receiver",
     'observations_unmatched': '{observations} {were} stamped after the last reading and left out',
     'observations_gated': '{observations} {were} refused as {outliers}, beyond drift.gate = '
     '{gate:g} sigmas',
     'motion_refused': '{samples} of ship/imu could not be used and {were} left out',
-    'motion_gaps': 'ship/imu broke off {times}; what the motion adds to the rate went on as usual',
-    'motion_unknown': 'ship/imu did not reach {readings}; what the motion adds to the rate was '
-    'taken as usual',
+    'motion_gaps': 'ship/imu broke off {times}: the mean effect of the motion was assumed',
+    'motion_unknown': 'ship/imu did not reach {readings}: the mean effect of the motion was '
+    'assumed',
     'latitude_refused': '{samples} of ship/fix could not be used for gravity and {were} left out',
-    'latitude_unknown': '{readings} had no place on ship/fix in the hour before; gravity was taken'
+    'latitude_unknown': '{readings} had no place on ship/fix in the hour before: gravity was taken'
     ' as last known, at first as at the departure. Publish sensor_msgs/NavSatFix on ship/fix, or '
     'leave gravity out of drift.covariates',
     'temperature_refused': '{samples} of ship/temperature {were} not in degrees Celsius and left '
     'out',
-    'temperature_unknown': '{readings} had no ship/temperature in the hour before; it was taken '
+    'temperature_unknown': '{readings} had no ship/temperature in the hour before: it was taken '
     'as last known, at first as at the start. Publish sensor_msgs/Temperature on '
     'ship/temperature, or leave it out of drift.covariates',
-    'dial_stops': 'the dial had stood still {times}; the offset was moved by the time lost',
-    'dial_settings': 'the dial was set again {times}; the estimate began again',
+    'dial_stops': 'the dial had stood still {times}, and the offset was moved by the lost time',
+    'dial_settings': 'the dial was set again {times}, and the estimate began again',
     'estimates_reopened': '{observations} beyond drift.gate = {gate:g} sigmas had to be believed: '
-    'the clock has jumped, or its rate is not what was assumed (drift.prior_rate_sigma = '
+    'the clock has jumped, or its rate differs from the assumed one (drift.prior_rate_sigma = '
     '{prior:g} s/day)',
 }
 
 
 def drift_warnings(health: Mapping[str, int], scene: Scene) -> list[str]:
-    """Return warnings for the counters of the drift stage; those of other stages are ignored."""
+    """Return warnings for the counters of the drift stage. Other counters are ignored."""
     warnings = []
     for name, words in _WARNINGS.items():
         if number := health.get(name):
@@ -397,7 +397,7 @@ def drift_warnings(health: Mapping[str, int], scene: Scene) -> list[str]:
 
 
 HISTORY = 4096
-"""Number of readings kept, beyond those held back, for observations that come late."""
+"""Number of published readings that are kept for late observations."""
 
 _MISDATED = ('observations_before_1990', 'observations_rolled_over', 'observations_years_off')
 
@@ -409,14 +409,14 @@ _COUNTED = (
 )  # fmt: skip
 
 ERA_NS = 1024 * 7 * 86_400 * NS_PER_S
-"""The weeks of GPS are counted modulo 1,024."""
+"""Period of the GPS week count, 1,024 weeks."""
 
 
 def misdated(stamp_ns: int, true_ns: int) -> str:
-    """Return the counter of a true time that no observer can have read; empty if one can.
+    """Return the counter of a true time that no observer can have read, or an empty text.
 
-    Before 1990 no receiver of GPS existed; stamps before it are those of a simulation. A time off
-    by whole eras of GPS, within a day, is of a receiver that has lost count of them.
+    GPS receivers existed from 1990. Earlier stamps come from a simulation. A time that is wrong by
+    whole GPS eras, within a day, comes from a receiver that has lost count of them.
     """
     off_ns = true_ns - stamp_ns
     eras = round(off_ns / ERA_NS)
@@ -428,40 +428,39 @@ def misdated(stamp_ns: int, true_ns: int) -> str:
 
 
 RELEASE_SIGMA = 0.6
-"""Sigma of the change of the dial by a release until the wheel has settled, in swings: its root
-mean square over six breaks of 5 to 22 s was 0.14 (measured), 0.55 (involute_weight_at_sea) and
-0.56 (hanging_thread_at_sea).
+"""Sigma of the dial's change by a release until the wheel has settled, in swings. The root mean
+square over six breaks of 5 to 22 s was 0.14 (measured), 0.55 (involute_weight_at_sea) and 0.56
+(hanging_thread_at_sea).
 """
 
-# An observation stamped later than this after the newest reading belongs to another clock.
+# An observation stamped more than this after the newest reading belongs to another clock.
 _AHEAD_NS = 86_400 * NS_PER_S
 
 
 class DriftStage(Stateful):
     """Estimates offset and rate of the dial, and subtracts the offset from its readings.
 
-    For each `clock/reading` one `drift/estimate` and one `clock/corrected` are published with its
-    stamp. The dial is assumed to be set right, within `kalman.SETTING_SIGMAS`, when its readings
-    say that it was set (`DialSetting`), at the first one if they say nothing. The estimate begins
-    there, however late the first reading comes, and again with each new setting. Where a reading
-    reports that the dial has stood still, the offset changes by that time, and its variance grows
-    accordingly. An observation is compared with the reading at its stamp, or with the line between
-    the readings on both sides. Outliers (`filtering`) are refused and counted, and so is each
-    reopening of the state.
+    Each `clock/reading` gives a `drift/estimate` and a `clock/corrected` with its stamp. The dial
+    is assumed to be right, within `kalman.SETTING_SIGMAS`, when it was set: the readings state
+    this (`DialSetting`), otherwise it is the first one. The estimate begins there, however late
+    the first reading comes, and again with each new setting. If a reading reports that the dial
+    has stood still, the offset changes by that time, and its variance grows accordingly. An
+    observation is compared with the reading at its stamp, or with the line between the readings on
+    both sides. Refused outliers (`filter_phases`) and reopened states are counted.
 
     With covariates the topics of their regressors are inputs too (`ship/imu`, `ship/fix`,
-    `ship/temperature`), and readings wait until these have reached them. In a live graph they wait
-    at most until readings `HELD_S` later have come. The motion is then assumed to have continued
-    as usual, gravity and temperature to be as last known, and that is counted.
+    `ship/temperature`), and readings wait for them, in a live graph at most until readings
+    `HELD_S` later have come. Then the mean motion and the last known gravity and temperature are
+    used, and counted.
 
     Args:
         scene: gives the observations' sigma and schedule and the prior.
-        expect_schedule: True: an estimate at t uses every observation with stamp <= t, whatever
-            the order of arrival between the topics. Readings at and after the next scheduled
+        expect_schedule: True: an estimate at t uses every observation with stamp <= t, in any
+            order of arrival between the topics. Readings at and after the next scheduled
             observation wait until it, or a later one, has come, or until `finish`. False: an
-            observation affects the readings that are published after it came. It may be late by
-            `HISTORY` readings, and by `track.REMEMBERED` later observations, for which the filter
-            is then repeated in the order of the stamps.
+            observation affects readings that are published after it. It may be late by
+            `HISTORY` readings and `REMEMBERED` later observations. Then the filter is repeated in
+            the order of the stamps.
         motion: a source of the integrals of the covariates that replaces these topics.
         fixes: sorts the fixes of a live receiver.
     """
@@ -507,26 +506,26 @@ class DriftStage(Stateful):
 
     @property
     def notices(self) -> list[str]:
-        """The inputs that the last estimates lacked, with the remedy."""
+        """The missing inputs of the last estimates, with the remedy."""
         lost = self._motion.lost if self._motion else ()
         names = [f'{name}_unknown' for name in lost]
-        # a fault of the sights is reported until somebody corrects it
+        # report a fault of the sights until somebody corrects it
         names += ['observations_unknown', *_MISDATED, 'estimates_reopened']
         health = self.health()
         warnings = drift_warnings({name: health[name] for name in names}, self._scene)
         if self._late_s:
             warnings.append(
                 f'drift: the estimate began in mid-voyage, {self._late_s:.6g} s after the dial '
-                'was set; its sigma is that of drift.prior_rate_sigma over this time until an '
+                'was set: its sigma is drift.prior_rate_sigma times this time until an '
                 'observation comes'
             )
         return warnings
 
     def feed(self, batches: Mapping[str, Samples]) -> Batches:
-        """Take readings, observations and motion; return the samples that can be published now."""
+        """Take readings, observations and motion, and return the samples that can be published."""
         if self._motion is not None:
             self._motion.feed(batches)
-        # runs of readings that describe the same setting of their dial
+        # runs of readings that describe the same setting of the dial
         runs: list[TimeSamples] = []
         reading = batches.get(READING)
         if isinstance(reading, TimeSamples) and len(reading.stamp_ns):
@@ -552,7 +551,7 @@ class DriftStage(Stateful):
         return merged(outputs)
 
     def _begin_again(self, reading: TimeSamples) -> None:
-        """Forget the earlier readings; continue from the estimate as far as it is still valid."""
+        """Drop the earlier readings, and continue from the estimate as far as it is valid."""
         former, setting = self._setting, DialSetting.of(str(reading.source[0]))
         self._setting = setting or former
         if former is None or setting is None or self._track is None:
@@ -584,12 +583,11 @@ class DriftStage(Stateful):
         former: DialSetting,
         setting: DialSetting,
     ) -> Estimate[float]:
-        """Return an estimate at the end of a time, for a part of which the dial has stood still.
+        """Return an estimate at the end of a time in which the dial has partly stood still.
 
-        Offset and rate and their covariance change over the rest alone, in which the integrals of
-        the covariates grow by `gained_s`: a dial that stands gains nothing, so its offset says
-        nothing of its rate. Known stops leave the phase of the next release open, `RELEASE_SIGMA`
-        of a swing each; steps back of the stamps all their length.
+        Offset, rate and covariance change only over the rest, in which the integrals of the
+        covariates grow by `gained_s`. Each known stop adds the unknown phase of the next release,
+        `RELEASE_SIGMA` of a swing, and steps back of the stamps all their length.
         """
         lost_ns = setting.lost_ns - former.lost_ns
         unsure_s = (setting.unsure_ns - former.unsure_ns) / NS_PER_S
@@ -602,7 +600,7 @@ class DriftStage(Stateful):
         return now._replace(x=now.x - lost_ns / NS_PER_S, xx=now.xx + opened)
 
     def finish(self) -> Batches:
-        """Release the readings that wait; count the observations that did not come."""
+        """Release the readings that wait, and count the observations that did not come."""
         last_ns = self._last_observation_ns
         batches = self._release(AFTER_ALL, final=True)
         if self._schedule is not None:
@@ -628,7 +626,7 @@ class DriftStage(Stateful):
             self._track.restore(state['track'])
 
     def health(self) -> dict[str, int]:
-        """Return counters: refused, missing, unused and delayed samples, states reopened."""
+        """Return counters: refused, missing, unused and delayed samples, reopened states."""
         track = self._track
         return {
             **self._health,
@@ -662,7 +660,7 @@ class DriftStage(Stateful):
                 self._last_observation_ns = max(stamp, self._last_observation_ns)
 
     def _is_due(self, stamp: int) -> bool:
-        """Return whether an observation is the next scheduled or a later one; count the others."""
+        """Return whether an observation is the next scheduled or a later one. Count the others."""
         assert self._schedule is not None
         if stamp <= self._last_observation_ns:
             self._health['observations_out_of_order'] += 1
@@ -676,7 +674,7 @@ class DriftStage(Stateful):
         return True
 
     def _is_foreign_new(self, stamp: int) -> bool:
-        """Return whether an observation may be this clock's and is new; count the others."""
+        """Return whether an observation may be this clock's and is new. Count the others."""
         if BEFORE_ALL < self._last_reading_ns < stamp - _AHEAD_NS:
             self._health['observations_from_future'] += 1
             return False
@@ -691,8 +689,8 @@ class DriftStage(Stateful):
     def _release(self, before_ns: int, *, final: bool = False) -> Batches:
         """Use the observations, and publish the readings with stamp < before_ns.
 
-        Readings from this stamp on wait for an observation. If `final`, the others no longer wait
-        for the motion either.
+        Later readings wait for an observation. If `final`, the others no longer wait for the
+        motion.
         """
         if self._motion is not None and not final:
             reached_ns = self._motion.reached_ns
@@ -737,7 +735,7 @@ class DriftStage(Stateful):
         return estimates(stamps, references, way, self._model, passed) if len(stamps) else {}
 
     def _use_observations(self, ready: IntArray) -> Filtered:
-        """Update with the observations up to the last of `ready`; return the run of the filter."""
+        """Update with the observations up to the last of `ready`, and return the filter's run."""
         assert self._track is not None
         newest, oldest = int(ready[-1]), max(int(ready[0]), self._track.oldest_ns)
         reached = sorted(stamp for stamp in self._pending if stamp <= newest)

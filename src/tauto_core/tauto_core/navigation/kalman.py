@@ -10,11 +10,9 @@ Over a time τ without observations (Brown and Hwang; Zucca and Tavella, Metrolo
         |  symmetric                                      q3 τ    |
 
 An observation is a scalar phase z = x + noise of variance R. With two states d and its variances
-are zero and remain so. Formulas are written out as sums and products, so floats and arrays, one
-sample or many, give the same bits.
-
-With covariates the rate is y + Σ k_j x_j, and the coefficients k_j are states too
-(`coefficients`).
+stay zero. Formulas are sums and products in a fixed order: floats and arrays, one sample or many,
+give the same bits. With covariates the rate is y + Σ k_j x_j, and the coefficients k_j are
+further states.
 """
 
 from __future__ import annotations
@@ -39,13 +37,11 @@ from tauto_core.ship.source import LANDFALL, LUNAR, PORT
 # -----------------------------------------------------------------------------
 # The coefficients of the rate equation as further states of the drift filter (rate.md).
 #
-# The rate of the dial is y + Σ k_j x_j, with regressors x_j that an inertial sensor measures and
-# constant coefficients k_j. Over a time τ in which the integrals of the regressors grow by ΔX_j,
-# the transition of the clock (`kalman`) has these in the row of the offset:
+# The rate of the dial is y + Σ k_j x_j, with regressors x_j from an inertial sensor and constant
+# coefficients k_j. Over a time τ in which the integrals of the regressors grow by ΔX_j, they enter
+# the row of the offset:
 #
 #     x' = x + τ y + τ²/2 d + Σ ΔX_j k_j,   k_j' = k_j.
-#
-# As in `kalman`, formulas are sums and products in a fixed order, the same for floats and arrays.
 
 
 class Coefficient(NamedTuple):
@@ -63,7 +59,7 @@ class Coefficient(NamedTuple):
 
 
 def pairs(size: int) -> list[tuple[int, int]]:
-    """Return the indices of a covariance that are kept: its upper triangle, row by row."""
+    """Return the indices of a covariance's upper triangle, row by row."""
     return list(combinations_with_replacement(range(size), 2))
 
 
@@ -71,8 +67,7 @@ def prediction(clock: int, size: int) -> Callable[..., tuple[Any, ...]]:
     """Return the prediction step of `size` states, of which the first `clock` are the clock's.
 
     Its arguments are the numbers (means, then the `pairs` of the covariance), the time t [s], q1,
-    q2, q3 of `kalman`, and the growth of each integral [s]. It returns the numbers after that
-    time.
+    q2, q3, and the growth of each integral [s]. It returns the numbers after that time.
     """
     entries = pairs(size)
 
@@ -109,7 +104,7 @@ def prediction(clock: int, size: int) -> Callable[..., tuple[Any, ...]]:
 def correction(size: int) -> Callable[..., tuple[float, ...]]:
     """Return the update of `size` states by an observed phase, in Joseph's form.
 
-    Its arguments are the numbers predicted, the innovation ν, its variance s = P_xx + r, and r.
+    Its arguments are the predicted numbers, the innovation ν, its variance s = P_xx + r, and r.
     """
     entries = pairs(size)
 
@@ -162,19 +157,19 @@ GNSS_SIGMA_S = 0.2
 """Default sigma of the time by a GNSS receiver's messages, without its pulse [s]."""
 
 SOURCES = ('', PORT, LANDFALL, 'sextant', LUNAR, 'gnss', 'gps')
-"""Possible sources of a `clock/observation`; each has a sigma (`ClockModel.sigma_of`)."""
+"""Possible sources of a `clock/observation`. Each has a sigma (`ClockModel.sigma_of`)."""
 
 SETTING_SIGMAS = 10.0
-"""Prior sigma of the dial's offset, in sigmas of an observation. It is so wide that the first
-observation determines the offset, however the dial was set.
+"""Prior sigma of the dial's offset, in sigmas of an observation. The first observation determines
+the offset, however the dial was set.
 """
 
 
 class Estimate(NamedTuple, Generic[Real]):
     """Mean and covariance of the state, floats or arrays of one shape.
 
-    Units: x [s], y [1], d [1/s]; `xy` is the covariance of x and y, and so on. Estimates of a
-    model with coefficients have fields for them too (`estimate_of`).
+    Units: x [s], y [1], d [1/s]. `xy` is the covariance of x and y, and so on. `estimate_of` adds
+    fields for coefficients.
     """
 
     x: Real
@@ -195,7 +190,7 @@ def same_fields(like: Estimate[Any], values: Iterable[Real]) -> Estimate[Real]:
 
 @cache
 def estimate_of(coefficients: tuple[str, ...]) -> type[Estimate[Any]]:
-    """Return the class of estimates with these coefficients; `Estimate` if there are none.
+    """Return the class of estimates with these coefficients, `Estimate` without any.
 
     After the fields of `Estimate` come the means, by the coefficients' names, and the covariances
     with them: `x_heave`, `heave_roll` and so on.
@@ -224,15 +219,15 @@ class ClockModel:
         states: 2 (offset, rate) or 3 (and ageing).
         white_fm_s: q1 [s], >= 0.
         random_walk_fm_per_s: q2 [1/s], >= 0.
-        random_run_per_s3: q3 [1/s³], >= 0; for three states only.
-        gate: largest innovation that is accepted, in its own sigmas, > 0; None: any.
-        patience_s: time after the last simulated observation used for which outliers are refused
-            [s], > 0; infinite where observers are real, and three outliers must agree.
+        random_run_per_s3: q3 [1/s³], >= 0, for three states only.
+        gate: largest accepted innovation in its own sigmas, > 0. `None`: any.
+        patience_s: time after the last used observation for which outliers are refused in a
+            simulation [s], > 0. Infinite for real observers: then three outliers must agree.
         lunar_sigma_s: sigma of one phase observation by a lunar distance [s].
         gnss_sigma_s: sigma of one phase observation by a GNSS receiver [s].
         coefficients: the coefficients of the rate equation with their priors.
-        under_way_per_s: what q2 is more once the ship has sailed [1/s], >= 0.
-        sails_ns: when she sails [ns].
+        under_way_per_s: additional q2 once the ship has sailed [1/s], >= 0.
+        sails_ns: when it sails [ns].
 
     Raises:
         EstimationError: a value outside its range.
@@ -281,13 +276,13 @@ class ClockModel:
         return tuple(coefficient.name for coefficient in self.coefficients)
 
     def under_way_s(self, since_ns: int, until_ns: int) -> float:
-        """Return for how long of a time she is under way [s]."""
+        """Return for how long the ship is under way between two stamps [s]."""
         return max(until_ns - max(since_ns, self.sails_ns), 0) / NS_PER_S
 
     def sigma_of(self, source: str) -> float:
         """Return sigma of an observation by the source that its message states [s].
 
-        A source that is none of `SOURCES` is taken for a sextant's.
+        Other sources than `SOURCES` have the sextant's.
         """
         by = {LUNAR: self.lunar_sigma_s, 'gnss': self.gnss_sigma_s, 'gps': self.gnss_sigma_s}
         return by.get(source, self.observation_sigma_s)
@@ -326,8 +321,8 @@ def predict(
 ) -> Estimate[Real]:
     """Return the state `elapsed_s` >= 0 later, without an observation in between.
 
-    F P Fᵀ + Q(τ) in exact discrete form (see the module); `gained_s` is the growth of the integral
-    of each covariate in that time [s], `under_way_s` the last part of it that she is under way.
+    F P Fᵀ + Q(τ) in exact discrete form (see the module). `gained_s` is the growth of the integral
+    of each covariate [s], `under_way_s` the last part of the time, in which the ship is under way.
     """
     law = arithmetic_of(model)
     ahead = law.ahead(law.part(now), elapsed_s, *noise_of(model), *gained_s)
@@ -337,9 +332,9 @@ def predict(
 def wandered(
     ahead: tuple[Real, ...], xx: int, model: ClockModel, under_way_s: Real | float
 ) -> tuple[Real, ...]:
-    """Return predicted numbers with the wandering of the rate under way, the last of their time.
+    """Return predicted numbers with the wandering of the rate under way, in the last part.
 
-    P grows by q (t³/3, t²/2; t²/2, t), whatever the time before; `xx` as in `Arithmetic`.
+    P grows by q (t³/3, t²/2; t²/2, t), whatever the time before. `xx` as in `Arithmetic`.
     """
     q, t = model.under_way_per_s, under_way_s
     if not q:
@@ -354,8 +349,8 @@ def reopen(ahead: Estimate[Real], innovation_s: Real, elapsed_s: Real) -> Estima
     """Return a predicted state with its variance widened after an outlier (navigator.md).
 
     Either the offset may have jumped by the innovation ν, or the rate may have changed by ν/τ just
-    after the last observation used, τ > 0 ago. P grows by ν² for the first and by (ν/τ)² (τ,
-    1)ᵀ(τ, 1) for the second. τ is infinite where only the offset can have changed.
+    after the last used observation, τ > 0 ago. P grows by ν² for the first and by (ν/τ)² (τ,
+    1)ᵀ(τ, 1) for the second. τ is infinite if only the offset can have changed.
     """
     v, w = innovation_s, innovation_s / elapsed_s
     return ahead._replace(xx=ahead.xx + 2.0 * (v * v), xy=ahead.xy + v * w, yy=ahead.yy + w * w)
@@ -414,13 +409,13 @@ def corrected_three(
 
 @dataclass(frozen=True)
 class Arithmetic:
-    """The filter's arithmetic on the numbers that a model has: nine or more.
+    """The filter's arithmetic on the numbers of a model: nine or more.
 
     Args:
         fields: indices of these numbers in an `Estimate`.
         xx: index of the variance of x among them.
-        ahead: (numbers, elapsed time, q1, q2, q3, growth of each integral) -> numbers predicted.
-        corrected: (numbers predicted, innovation, its variance, R) -> numbers.
+        ahead: (numbers, elapsed time, q1, q2, q3, growth of each integral) -> predicted numbers.
+        corrected: (predicted numbers, innovation, its variance, R) -> numbers.
     """
 
     fields: tuple[int, ...]
@@ -442,7 +437,7 @@ _OF_THE_CLOCK = Arithmetic(tuple(range(9)), 3, ahead_three, corrected_three)
 
 
 def arithmetic_of(model: ClockModel) -> Arithmetic:
-    """Return the arithmetic of a model; without ageing its terms remain zero."""
+    """Return the arithmetic of a model. Without ageing its terms remain zero."""
     return _with(model.names, model.states) if model.coefficients else _OF_THE_CLOCK
 
 
@@ -458,39 +453,39 @@ def _with(coefficients: tuple[str, ...], states: int) -> Arithmetic:
 # -----------------------------------------------------------------------------
 # The filter over a run of observations: which of them it uses, and the state after each.
 #
-# An observation whose innovation ν exceeds `gate` sigmas, ν² > gate² (xx + R), is refused: alone
-# it is taken for a blunder. But a clock that has jumped, or was never as good as assumed,
-# disagrees with all later ones. So the third in a row is used where the three agree (`agree`). The
-# covariance is widened first: the state is reopened (`reopen`).
+# An observation with an innovation ν beyond `gate` sigmas, ν² > gate² (xx + R), is refused as a
+# blunder. But a clock that has jumped, or is worse than assumed, disagrees with all later ones. So
+# the third in a row is used if the three agree (`agree`), after the state has been reopened
+# (`reopen`), which widens its covariance.
 #
 # Observers of a simulated voyage make no blunders. There `patience_s` is finite, and an outlier is
-# also used that comes later than this after the last one used, as the first of all, or as the
+# also used if it comes later than this after the last used one, if it is the first of all, or the
 # second in a row until three have been used since the beginning or the last reopening.
 
 REFUSED_IN_A_ROW = 2
 """Number of outliers in a row that are refused, whether or not they agree."""
 
 TRUSTED = 3
-"""Number of observations used from which on this holds in a simulated voyage."""
+"""Number of used observations from which this also holds in a simulated voyage."""
 
 USED, REFUSED, REOPENED = 0, 1, 2
 """The fate of an observation: used, refused as an outlier, or used after reopening the state."""
 
 
 AGREEMENT = 0.25
-"""Part of the least of three outliers by which they may depart from a line."""
+"""Largest departure of three outliers from a line, relative to the least of them."""
 
 Outlier: TypeAlias = tuple[int, float, float]
-"""Stamp [ns], innovation [s] and variance [s²] of an observation that was refused."""
+"""Stamp [ns], innovation [s] and variance [s²] of a refused observation."""
 
 
 def agree(outliers: Sequence[Outlier], model: ClockModel) -> bool:
-    """Return whether three outliers agree: the second lies on the line of the others.
+    """Return whether three outliers agree: the second is on the line of the others.
 
     It may depart by `gate` sigmas of their errors and of the wandering of the clock, which departs
     from its chord by the variance q1 ab/T + q2 a²b²/(3T), with the times a and b between them and
-    T = a + b; and by `AGREEMENT` of the least, so that no clock is too wild to be followed. Fewer
-    than three always agree.
+    T = a + b; and by `AGREEMENT` of the least, which allows for a wild clock. Fewer than three
+    always agree.
     """
     if len(outliers) < 3:
         return True
@@ -509,10 +504,10 @@ class Known(NamedTuple):
     """The state at the beginning of a run of observations.
 
     Args:
-        stamp_ns: stamp of the last observation used, or of the setting of the dial.
+        stamp_ns: stamp of the last used observation, or of the setting of the dial.
         estimate: the estimate at that stamp.
         outliers: the last outliers in a row since then, at most two.
-        used: number of observations used since the beginning or the last reopening.
+        used: number of used observations since the beginning or the last reopening.
         integrals_s: integrals of the model's covariates at that stamp [s].
     """
 
@@ -528,11 +523,11 @@ class Filtered:
     """The result of the filter for n observations, of which it used m.
 
     Args:
-        stamp_ns: stamps of the start and of the observations used, (m + 1,).
+        stamp_ns: stamps of the start and of the used observations, (m + 1,).
         states: the states at these stamps, (m + 1,).
         fate: USED, REFUSED or REOPENED for each observation, (n,).
         start: the state at the beginning.
-        refused: the observations that were REFUSED, in order.
+        refused: the refused observations in order.
         integrals_s: integrals of the c covariates at these stamps [s], (m + 1, c).
     """
 
@@ -572,7 +567,7 @@ def filter_phases(
     """Return the result of the filter for n observed phases, in order of their stamps.
 
     Single observations and batches give the same bits, since each is predicted in one step from
-    the last one used. Phases are reading minus observed true time [s]. No stamp lies before the
+    the last used one. Phases are reading minus observed true time [s]. Stamps are not before the
     start. Without `sigma_s` each has the model's. With covariates `integrals_s` has their
     integrals at each observation, n rows [s].
     """
@@ -596,9 +591,8 @@ def filter_phases(
         innovation = phase - ahead[0]
         s = ahead[xx] + r
         if innovation * innovation > limit * s:
-            # Simulated: none before the first observation, since only a prior could contradict it.
-            # One after that: of two observations that disagree either may be the blunder, and the
-            # next one decides.
+            # Simulated: the first observation is always used, since only a prior contradicts it.
+            # Of two that disagree either may be the blunder, and the next one decides.
             patience = (
                 REFUSED_IN_A_ROW
                 if math.isinf(model.patience_s) or trust >= TRUSTED

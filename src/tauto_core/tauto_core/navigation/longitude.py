@@ -44,10 +44,10 @@ from tauto_core.ship.passage import wrap, wrap_degrees
 # Selects the samples of a topic that come in order.
 
 BEFORE_ALL = int(np.iinfo(np.int64).min)
-"""Stamp for "nothing has come yet" [ns]."""
+"""Stamp before all samples [ns]."""
 
 AFTER_ALL = int(np.iinfo(np.int64).max)
-"""Stamp later than that of any sample [ns]."""
+"""Stamp after all samples [ns]."""
 
 
 def in_order(stamp_ns: IntArray, last_ns: int) -> NDArray[np.bool_]:
@@ -67,21 +67,21 @@ STATUS_FIX, STATUS_NO_FIX = 0, -1
 SERVICE_UNKNOWN = 0
 COVARIANCE_DIAGONAL_KNOWN = 2
 POSITION_VARIANCE_M2 = 1.0
-"""Variance of each known coordinate [m²]; some readers of NavSatFix refuse zeros."""
+"""Variance of each known coordinate [m²]. Some readers of NavSatFix refuse zeros."""
 
 
 class Route:
     """The true positions of a scene's ship, as fixes.
 
-    Until `voyage.sails_at` the ship lies at the departure, and after its arrival at the arrival.
-    In between it moves at constant speed over the waypoints (`ship.Passage`). Without a voyage it
-    lies at 0°, 0°, where a minute of longitude is a nautical mile.
+    The ship is at the departure until `voyage.sails_at`, then moves at constant speed over the
+    waypoints (`ship.Passage`) and stays at the arrival. Without a voyage it stays at 0°, 0°, where
+    a minute of longitude is a nautical mile.
 
     Attributes:
-        length_m: length of the route [m]; 0 without a voyage.
+        length_m: length of the route [m], 0 without a voyage.
 
     Raises:
-        SceneError: a route that cannot be sailed, as `Passage` says.
+        SceneError: the route cannot be sailed, see `Passage`.
     """
 
     def __init__(self, scene: Scene) -> None:
@@ -90,10 +90,10 @@ class Route:
         self.length_m = 0.0 if self._passage is None else self._passage.length_m
 
     def fixes(self, stamp_ns: IntArray) -> FixSamples:
-        """Return the true positions at some stamps [ns]; degrees, altitude 0, frame `clock_mount`.
+        """Return the true positions at some stamps [ns], in degrees at altitude 0.
 
-        The frame is at the place whose position is given, as NavSatFix requires. Each position
-        depends on its own stamp alone.
+        The frame `clock_mount` is at these positions, as NavSatFix requires. Each position depends
+        only on its own stamp.
         """
         if self._passage is None:
             latitude, longitude = np.zeros((2, len(stamp_ns)))
@@ -108,7 +108,7 @@ def fix_samples(
 ) -> FixSamples:
     """Return positions [degrees north, east] as NavSatFix samples, with a valid fix at altitude 0.
 
-    `variances_m2` has those of east, north and up, (n, 3).
+    `variances_m2` are of east, north and up, (n, 3).
     """
     n = len(stamp_ns)
     covariance = np.zeros((n, 9))
@@ -135,13 +135,11 @@ HALF_TURN_ARCMIN = 180.0 * 60.0
 EQUATOR_M_PER_S = 2.0 * math.pi * 6_378_137.0 / DAY_S
 """Speed of the mean sun along the equator of WGS 84 [m/s], 463.8."""
 
-# A fix stamped later than this after the newest reading belongs to another clock.
+# A fix stamped more than this after the newest reading belongs to another clock.
 _AHEAD_NS = 3600 * NS_PER_S
 
 HELD = 4096
-"""Largest number of samples of a topic held back where partners may never come
-(`expect_fix=False`).
-"""
+"""Largest number of samples of a topic that wait for partners without `expect_fix`."""
 
 
 _COUNTED = (
@@ -152,15 +150,14 @@ _COUNTED = (
 def longitude_error_arcmin(clock_error_s: FloatArray) -> FloatArray:
     """Return the error of the longitude [arc minutes, east positive] for a clock fast by x [s].
 
-    λ = −15″ x: a fast clock puts the ship west of its true meridian (longitude.md). It lies
-    within [−180°, 180°), since a clock shows the time of day: one that is wrong by a whole day is
-    right.
+    λ = −15″ x in [−180°, 180°): a fast clock puts the ship west of its true meridian
+    (longitude.md). A clock shows the time of day, so an error of a whole day does not count.
     """
     return wrap(-ARCMIN_PER_S * clock_error_s, HALF_TURN_ARCMIN)
 
 
 def column(samples: JointSamples, name: str) -> FloatArray:
-    """Return one of the named scalars of a message, (n,); an EstimationError without it."""
+    """Return one of the named scalars of a message, (n,). EstimationError if it is missing."""
     if name not in samples.name:
         raise EstimationError(
             f'{name} is missing: the message has {", ".join(samples.name) or "no names"}. '
@@ -181,7 +178,7 @@ def cosines_of_degrees(degrees: FloatArray, out: FloatArray) -> None:
 
 
 PERSISTS_S = 60.0
-"""Time for which a receiver must give places out of the ship's reach until they are taken [s]."""
+"""Time for which a receiver must give places out of reach until they are accepted [s]."""
 
 FIX_NOISE_M = 100.0
 """Distance of two fixes that need not be motion [m]."""
@@ -191,14 +188,14 @@ Place: TypeAlias = tuple[int, float, float]
 
 
 class LiveFixes(Stateful):
-    """Sorts the fixes of a real receiver, which may have none, or a wrong one.
+    """Sorts the fixes of a real receiver, which may lack one or give a wrong one.
 
-    A fix is refused at 0°, 0°, which a receiver without one may give, and out of the reach of the
-    ship since the last one, unless such places persist for `PERSISTS_S`.
+    A fix is refused at 0°, 0°, which a receiver without a fix may give, and out of the ship's
+    reach since the last one, unless such places persist for `PERSISTS_S`.
 
     Args:
-        max_age_s: age of a fix from which on the place is unknown [s].
-        max_speed: most that the ship makes [m/s]; the sigma of a place grows by it with age.
+        max_age_s: age of a fix after which the place is unknown [s].
+        max_speed: largest speed of the ship [m/s], by which the sigma of a place grows with age.
     """
 
     state_names = ('last', 'strayed', 'health')
@@ -210,7 +207,7 @@ class LiveFixes(Stateful):
         self._health = dict.fromkeys(('fixes_at_0_0', 'fixes_out_of_reach', 'fixes_moved'), 0)
 
     def taken(self, fix: FixSamples) -> NDArray[np.bool_]:
-        """Return which of the next fixes, in order, are taken; count the others."""
+        """Return which of the next fixes, in order, are taken, and count the others."""
         columns = (fix.stamp_ns, fix.latitude, fix.longitude)
         return np.array(
             [self._takes(place) for place in zip(*map(np.ndarray.tolist, columns), strict=True)]
@@ -236,27 +233,26 @@ class LiveFixes(Stateful):
         return apart_m <= FIX_NOISE_M + self.max_speed * abs(target[0] - origin[0]) / NS_PER_S
 
     def health(self) -> dict[str, int]:
-        """Return counters of the fixes refused, and of places taken that were out of reach."""
+        """Return counters of refused fixes, and of accepted places that were out of reach."""
         return dict(self._health)
 
 
 class LongitudeStage(Stateful):
     """Computes the ship's longitude by the clock and compares it with the true one.
 
-    Four topics are joined by stamp, in any order of arrival between them. A stamp that one
-    of them lacks is left out and counted. `longitude/fix` has the latitude of `ship/fix` and the
-    longitude by the corrected clock, wrapped to [−180°, 180°); its east variance is that of
-    the estimated offset, (463.8 m/s · cos φ · σ)². `longitude/error` has the names `ERROR_NAMES`;
-    nautical miles are arc minutes × cos φ, so at a pole any longitude is right.
+    Four topics are joined by stamp, in any order of arrival between them. A stamp that one of them
+    lacks is left out and counted. `longitude/fix` has the latitude of `ship/fix` and the longitude
+    by the corrected clock, wrapped to [−180°, 180°), with the east variance of the estimated
+    offset, (463.8 m/s · cos φ · σ)². `longitude/error` has the names `ERROR_NAMES`. Nautical miles
+    are arc minutes × cos φ: at a pole any longitude is right.
 
-    A live clock knows its place by fixes alone. Its `longitude/fix`, by a chronometer and no
-    satellite, has STATUS_NO_FIX, and is silent where the place is unknown; then there are no
-    nautical miles either.
+    A live clock knows its place only from fixes. Its `longitude/fix`, by a chronometer and no
+    satellite, has STATUS_NO_FIX. It is silent, without nautical miles, while the place is unknown.
 
     Args:
-        scene: gives the position where there is no fix.
-        expect_fix: False: each reading takes the latest valid fix at or before it that has come.
-            Before the first fix the scene's route is used, from when the dial was set.
+        scene: gives the position if there is no fix.
+        expect_fix: False: each reading takes the latest valid fix at or before it that has come,
+            before the first fix the scene's route from the setting of the dial on.
         live: the receiver of a live clock, which expects no fix of each stamp.
     """
 
@@ -281,11 +277,11 @@ class LongitudeStage(Stateful):
         self._health = dict.fromkeys(_COUNTED, 0)
 
     def feed(self, batches: Mapping[str, Samples]) -> Batches:
-        """Take new samples; return longitudes of the stamps that every topic has reached."""
+        """Take new samples, and return longitudes of the stamps that every topic has reached."""
         if self._expect_fix:
             return self._feed(batches)
         outputs, remaining = [], dict(batches)
-        while remaining:  # one time after the other, where stamps go back
+        while remaining:  # one run of time after the other, since stamps may go back
             parts = {topic: cast(TimeSamples, remaining.pop(topic)) for topic in list(remaining)}
             for topic, samples in parts.items():
                 steps_back = np.diff(samples.stamp_ns) < 0
@@ -314,10 +310,9 @@ class LongitudeStage(Stateful):
         return outputs
 
     def _see_setting(self, reading: TimeSamples) -> None:
-        """Start again where the dial was set again, for example after sim time has gone back.
+        """Start again after the dial was set again, for example when sim time has gone back.
 
-        On each topic samples with stamps of the earlier time are left out, until its stamps go
-        back too.
+        On each topic samples of the earlier time are left out until its stamps go back, too.
         """
         for source in dict.fromkeys(reading.source.tolist()):
             setting = DialSetting.of(str(source))
@@ -337,7 +332,7 @@ class LongitudeStage(Stateful):
             self._setting = setting
 
     def finish(self) -> Batches:
-        """Count the stamps that still wait for a partner; none of them can be published."""
+        """Drop and count the stamps that still wait for a partner."""
         stamps = [self._held[topic].stamp_ns for topic in self._joined if topic in self._held]
         if stamps:
             self._health['stamps_unjoined'] += len(reduce(np.union1d, stamps))
@@ -348,7 +343,7 @@ class LongitudeStage(Stateful):
 
     @property
     def notices(self) -> list[str]:
-        """That the place is unknown, with the remedy."""
+        """The remedy if the place is unknown."""
         if self._live is None or self._age_s <= self._live.max_age_s:
             return []
         why = (
@@ -358,7 +353,7 @@ class LongitudeStage(Stateful):
         )
         return [
             f'the place is unknown: {why}. Publish sensor_msgs/NavSatFix on ship/fix, of a valid '
-            'fix; longitude/fix is silent, and longitude/error has no nautical miles'
+            'fix. longitude/fix is silent, and longitude/error has no nautical miles'
         ]
 
     def health(self) -> dict[str, int]:
@@ -448,9 +443,10 @@ class LongitudeStage(Stateful):
         return {t: take(part, np.isin(part.stamp_ns, common)) for t, part in parts.items()}
 
     def _places(self, stamps: IntArray) -> FixSamples:
-        """Return the ship's position at some stamps: the latest fix, before any the route.
+        """Return the ship's position at some stamps: the latest fix, or else the route.
 
-        In a live clock that is NaN, as is a fix too old; the variances are those due to its age.
+        A live clock has NaN instead of the route, and for a fix that is too old. Its variances
+        grow with the age of the fix.
         """
         if self._first_ns is None:
             self._first_ns = self._setting.set_ns if self._setting else int(stamps[0])
@@ -489,7 +485,7 @@ AWARDS = ((30.0, 20_000), (40.0, 15_000), (WIDEST_AWARD_NMI, 10_000))
 """(distance [nautical miles], pounds): half a degree, two thirds of a degree, one degree."""
 
 LEAST_UNCHECKED_DAYS = 42.0
-"""Six weeks, a voyage to the West Indies; a shorter voyage does not qualify for the prize."""
+"""Six weeks, a voyage to the West Indies. A shorter voyage does not qualify for the prize."""
 
 
 def prize_pounds(distance_nmi: float) -> int:
@@ -507,7 +503,7 @@ def prize_pounds(distance_nmi: float) -> int:
 
 
 def how_good(distance_nmi: float) -> str:
-    """Return how good a longitude is, by the limits of the Act: the one scale of words for it."""
+    """Return how good a longitude is by the limits of the Act, in words."""
     for limit_nmi, pounds in AWARDS:
         if distance_nmi <= limit_nmi:
             return f'within {limit_nmi:g} nmi, worth £{pounds:,} by the Act of 1714'
@@ -518,9 +514,9 @@ def how_good(distance_nmi: float) -> str:
 def required_rate_s_per_day(days: float, latitude_deg: float) -> float:
     """Return the error of the rate [s/day] that just keeps within the first award, 30 miles.
 
-    30 nmi/(cos φ · ¼ arcmin/s · days): a constant error, for so many days > 0 since the clock was
-    last compared with the true time, at a landfall in latitude φ (longitude.md). Without any
-    time it is an EstimationError.
+    30 nmi/(cos φ · ¼ arcmin/s · days): a constant error, `days` > 0 since the clock was last
+    compared with the true time, at a landfall in latitude φ (longitude.md). `days` <= 0 is an
+    EstimationError.
     """
     if not days > 0.0:
         raise EstimationError(

@@ -1,7 +1,7 @@
 """The regressors x_j of the rate equation y + Σ k_j x_j, integrated over time (rate.md).
 
-Motion comes from `ship/imu`, gravity from the places of `ship/fix`, the temperature
-from `ship/temperature`.
+Motion comes from `ship/imu`, gravity from the places of `ship/fix`, the temperature from
+`ship/temperature`.
 """
 
 from __future__ import annotations
@@ -46,13 +46,13 @@ from tauto_core.ship.passage import gravity_between
 # -----------------------------------------------------------------------------
 # The motion of the ship.
 #
-# For each sample, with f the specific force at the clock in level axes, x forward and z up, and
-# ⟨f_z⟩ a running mean,
+# With the specific force f at the clock in level axes, x forward and z up, and its running mean
+# ⟨f_z⟩, each sample has
 #
 #     x_heave = [2 f_x² + 2 f_y² - (f_z - ⟨f_z⟩)²]/(8 g²),    x_roll = ρ².
 #
-# f_x counts where the thread can lean that way. Between samples the regressors are linear, and
-# their integral X is exact.
+# f_x counts if the thread can lean that way. Between samples the regressors are linear, and their
+# integral X is exact.
 
 
 @entry
@@ -68,8 +68,9 @@ class Follower(NamedTuple):
 
     Attributes:
         gravity: g [m/s²].
-        rate: ω of a thread that swings athwart [rad/s]; 0 where none does.
-        leans: whether f_x counts; `ship_fixed`: less the force along the ship's axle.
+        rate: ω of a thread that swings athwart [rad/s], 0 without one.
+        leans: whether f_x counts.
+        ship_fixed: whether the force along the ship's axle is subtracted from it.
         mean: ⟨f_z⟩ [m/s²] after the last sample, shape (1,).
         swing: q [m/s²] and q̇ after it, shape (2,).
     """
@@ -86,10 +87,10 @@ class Follower(NamedTuple):
 def heaved(
     orientation: FloatArray, force: FloatArray, step: FloatArray, thread: Follower, out: FloatArray
 ) -> None:
-    """Fill [2 f_x² + 2 f_y² - (f_z - ⟨f_z⟩)²]/(8 g²) of samples a step apart [s], and follow them.
+    """Fill [2 f_x² + 2 f_y² - (f_z - ⟨f_z⟩)²]/(8 g²) of samples a step apart [s].
 
-    A swinging thread has q in place of f_y: q̈ = ω² (f_y - q) - 2 ζ ω q̇, by trapezoids. In a step
-    f_y is that of its end, so that q comes half a step early, of the right size.
+    A swinging thread has q instead of f_y: q̈ = ω² (f_y - q) - 2 ζ ω q̇, by trapezoids. A step uses
+    f_y at its end: q comes half a step early, with the right size.
     """
     mean, q, v = thread.mean[0], thread.swing[0], thread.swing[1]
     for i in range(len(step)):
@@ -123,8 +124,8 @@ def heaved(
 
 
 SWING_DAMPING = 0.05
-"""ζ of the thread that `heaved` follows: nothing damps a real one, and its own swing, which no
-sensor of the ship shows, must not be guessed. It takes 0.5 % of waves three times as slow.
+"""ζ of the thread in `heaved`. A real one is undamped, but its free swing is unknown to the ship's
+sensor and must decay. It takes 0.5 % of waves three times as slow.
 """
 
 MEAN_S = 300.0
@@ -133,8 +134,8 @@ MEAN_S = 300.0
 """
 
 USUAL_S = 600.0
-"""Time constant of the mean that bridges a gap in the motion [s]: several groups of waves, and
-short compared with the hours in which a sea changes.
+"""Time constant of the mean that bridges a gap in the motion [s]: several groups of waves, but
+less than the hours in which a sea changes.
 """
 
 HELD_S = 10.0
@@ -143,8 +144,8 @@ HELD_S = 10.0
 HELD_NS = round(HELD_S * NS_PER_S)
 
 STALE_S = 3600.0
-"""Time for which a place or a temperature is good [s]: in an hour at 5 m/s due south gravity takes
-0.6 s/day from a weight, and the next sample brings the integral right.
+"""Validity of a place or a temperature [s]: in an hour at 5 m/s due south gravity takes 0.6 s/day
+from a weight, and the next sample corrects the integral.
 """
 
 SHAKEN_BY = ('heave', 'roll')
@@ -159,7 +160,7 @@ class MotionRegressors(Stateful):
 
     Attributes:
         inputs: topics of its samples.
-        lost: the inputs that the last results lacked: `latitude`, `temperature`.
+        lost: the missing inputs of the last results: `latitude`, `temperature`.
     """
 
     inputs: tuple[str, ...] = ()
@@ -169,18 +170,18 @@ class MotionRegressors(Stateful):
 
     @property
     def reached_ns(self) -> int:
-        """Stamp up to which samples have arrived; BEFORE_ALL if none has."""
+        """Stamp up to which samples have arrived, or BEFORE_ALL."""
         return int(self._stamp[-1]) if len(self._stamp) else BEFORE_ALL
 
     def feed(self, batches: Mapping[str, Samples]) -> None:
         """Take new samples of any of its inputs."""
 
     def at(self, stamp_ns: IntArray) -> FloatArray:
-        """Return the integrals at increasing stamps [s], (n, c), and forget those before them."""
+        """Return the integrals at increasing stamps [s], (n, c), and drop earlier ones."""
         raise NotImplementedError
 
     def health(self) -> dict[str, int]:
-        """Return counters of samples refused, of gaps, and of stamps where nothing is known."""
+        """Return counters of refused samples, of gaps, and of unknown stamps."""
         return dict(self._health)
 
 
@@ -190,12 +191,12 @@ def integral_names(covariates: tuple[str, ...]) -> tuple[str, ...]:
 
 
 class Regressors(MotionRegressors):
-    """Integrates the regressors over `ship/imu`; the result does not depend on batches.
+    """Integrates the regressors over `ship/imu`. The result does not depend on batches.
 
     Args:
         scene: names the covariates, and gives gravity and the sampling rate of the ship.
-        live: whether the samples are a live sensor's. Those that do not continue the ones before
-            are then left out, and over a gap the integrals grow as usual.
+        live: whether a live sensor gives the samples. Then discontinuous ones are left out, and
+            over a gap the integrals grow as usual.
     """
 
     inputs = (SHIP_IMU,)
@@ -231,7 +232,7 @@ class Regressors(MotionRegressors):
         self.restore(begun)
 
     def feed(self, batches: Mapping[str, Samples]) -> None:
-        """Take motion samples; bad ones are counted and left out."""
+        """Take motion samples. Bad ones are counted and left out."""
         imu = batches.get(SHIP_IMU)
         if not isinstance(imu, ImuSamples) or not len(imu.stamp_ns):
             return
@@ -245,7 +246,7 @@ class Regressors(MotionRegressors):
         self._health['motion_refused'] += int(np.count_nonzero(~good))
         for run in self._continuity.feed(imu if good.all() else take(imu, good)):
             if run.begins and len(self._stamp):
-                # the time since the last sample of another run has the usual growth
+                # the integrals grow as usual since the last sample of the earlier run
                 self._health['motion_gaps'] += 1
                 begins_ns = int(run.imu.stamp_ns[0])
                 edges = np.array([self._stamp[-1] + 1, begins_ns - 1], np.int64)
@@ -258,10 +259,10 @@ class Regressors(MotionRegressors):
             self._add(run.imu)
 
     def at(self, stamp_ns: IntArray) -> FloatArray:
-        """Return the integrals at increasing stamps [s], (n, c); earlier ones are forgotten.
+        """Return the integrals at increasing stamps [s], (n, c), and drop earlier ones.
 
-        Stamps before the first sample have its integrals; after the last one they grow as usual.
-        Such stamps are counted.
+        Stamps before the first sample have its integrals. After the last one they grow as usual.
+        Both are counted.
         """
         stamps = self._stamp
         if not len(stamps) or not len(stamp_ns):
@@ -284,7 +285,7 @@ class Regressors(MotionRegressors):
         return result
 
     def _add(self, imu: ImuSamples) -> None:
-        """Take samples that continue the ones before."""
+        """Take samples that continue the earlier ones."""
         stamps = imu.stamp_ns
         if not len(stamps):
             return
@@ -297,16 +298,16 @@ class Regressors(MotionRegressors):
         self._append(stamps, value)
 
     def _heave(self, imu: ImuSamples, steps: FloatArray) -> FloatArray:
-        """Return [2 f_x² + 2 f_y² - (f_z - ⟨f_z⟩)²]/(8 g²), the rate of a weight by shaking.
+        """Return [2 f_x² + 2 f_y² - (f_z - ⟨f_z⟩)²]/(8 g²), the rate of a shaken weight.
 
-        f_x counts for a thread that leans freely (hull.md). Of one whose plane is fixed to
-        the ship it counts less the force along her axle, which such a thread cannot follow. On a
-        thread of length l that swings athwart f_y comes as its angle, 1/(1 - l Ω²/g) times as far.
+        f_x counts for a thread that leans freely (hull.md). With a plane fixed to the ship the
+        force along the ship's axle, which the thread cannot follow, is subtracted. A thread of
+        length l that swings athwart has its angle instead of f_y, 1/(1 - l Ω²/g) times as large.
         """
         values, thread = np.empty(len(steps)), self._thread
         orientation, force = contiguous(imu.orientation), contiguous(imu.linear_acceleration)
         if thread.rate > 0.0 and not self._swung:
-            # the thread hangs where the first force points
+            # the thread hangs in the direction of the first force
             begins = take(imu, slice(0, 1))
             thread.swing[:] = level_force(begins)[1][0], 0.0
             self._swung = True
@@ -325,7 +326,7 @@ class Regressors(MotionRegressors):
         self._last = self._integral[-1:].copy()
 
     def state(self) -> State:
-        """Return all that the next result depends on."""
+        """Return everything that the next result depends on."""
         return {
             **super().state(),
             'mean': self._thread.mean.copy(),
@@ -345,21 +346,22 @@ class Regressors(MotionRegressors):
 # Slow covariates: gravity by the latitude, and the temperature.
 #
 # Between two samples such a quantity is a + b s after the time s, and so X is a polynomial. With
-# g_ref gravity where the dial was regulated, γ normal gravity and E Eötvös' term of the way made
-# good,
+# gravity g_ref at which the dial was regulated, normal gravity γ and Eötvös' term E of the motion,
 #
 #     x_gravity = (γ - E - g_ref)/(2 g_ref),
+#     x_temperature = T - T_ref [K],    x_temperature_squared = (T - T_ref)² [K²].
 #     x_temperature = T - T_ref [K],    x_temperature_squared = (T - T_ref)² [K²].
 
 
 class SlowRegressor(MotionRegressors):
     """Integrates regressors that are linear or quadratic in time between samples.
 
-    The result does not depend on batches. After the last sample the quantity is taken to stay as
-    it was, before the first as at the start.
+    The result does not depend on batches. After the last sample the quantity stays constant,
+    before the first it is as at the start.
 
     Args:
-        live: whether stamps may go back, as in a graph whose time begins again.
+        live: whether stamps may go back, as in a graph with time that begins again.
+        powers: exponents of the quantity in the regressors.
     """
 
     state_names: ClassVar[tuple[str, ...]] = (
@@ -392,11 +394,11 @@ class SlowRegressor(MotionRegressors):
         raise NotImplementedError
 
     def pieces(self, stamp_ns: IntArray, values: FloatArray) -> FloatArray:
-        """Return a and b from each sample to the next, and after the last, where b = 0, (n, 2)."""
+        """Return a and b from each sample to the next, and after the last, with b = 0, (n, 2)."""
         raise NotImplementedError
 
     def feed(self, batches: Mapping[str, Samples]) -> None:
-        """Take samples; bad ones, and those out of order, are counted and left out."""
+        """Take samples. Bad ones, and those out of order, are counted and left out."""
         samples = batches.get(self.topic)
         if samples is None or not len(samples.stamp_ns):
             return
@@ -415,7 +417,7 @@ class SlowRegressor(MotionRegressors):
         stamps = np.concatenate((self._stamp[-1:], stamps[good]))
         values = np.concatenate((self._said, values)) if known_count else values
         pieces = self.pieces(stamps, values)
-        if known_count:  # until now the last sample was taken to stay
+        if known_count:  # until now the last sample was constant
             self._piece[-1] = pieces[0]
         areas = self._grown(pieces[:-1], np.diff(stamps) / NS_PER_S)
         sums = np.cumsum(np.concatenate((self._last, areas)), axis=0)
@@ -425,7 +427,7 @@ class SlowRegressor(MotionRegressors):
         self._last, self._said = self._integral[-1:].copy(), values[-1:]
 
     def at(self, stamp_ns: IntArray) -> FloatArray:
-        """Return the integrals at increasing stamps [s], (n, c); earlier ones are forgotten."""
+        """Return the integrals at increasing stamps [s], (n, c), and drop earlier ones."""
         stamps = self._stamp
         if not len(stamps) or not len(stamp_ns):
             self._health[f'{self.name}_unknown'] += len(stamp_ns)
@@ -442,7 +444,7 @@ class SlowRegressor(MotionRegressors):
         return result
 
     def _grown(self, piece: FloatArray, since: FloatArray) -> FloatArray:
-        """Return by how much X grows in times from the beginning of pieces [s], (n, c)."""
+        """Return the growth of X in times from the beginning of pieces [s], (n, c)."""
         a, b = piece.T
         grown = {
             1: since * (a + 0.5 * b * since),
@@ -451,17 +453,17 @@ class SlowRegressor(MotionRegressors):
         return np.column_stack([grown[power] for power in self.powers])
 
     def _forget(self, count: int) -> None:
-        """Forget the first samples."""
+        """Drop the first samples."""
         self._stamp, self._piece = self._stamp[count:], self._piece[count:]
         self._integral = self._integral[count:]
 
 
 class Gravity(SlowRegressor):
-    """Gravity of the places on `ship/fix`, less Eötvös' term between them.
+    """Gravity at the places on `ship/fix`, minus Eötvös' term between them.
 
     Args:
-        scene: gives gravity where the dial was regulated.
-        fixes: sorts the fixes of a live receiver; None: they are those of a scene.
+        scene: gives gravity at which the dial was regulated.
+        fixes: sorts the fixes of a live receiver. `None`: they are a scene's.
     """
 
     state_names = (*SlowRegressor.state_names, 'fixes')
@@ -480,7 +482,7 @@ class Gravity(SlowRegressor):
         return good
 
     def health(self) -> dict[str, int]:
-        """Return counters; those of the live fixes name why some were refused."""
+        """Return counters, with the live fixes' reasons for refusals."""
         return {**super().health(), **(self._fixes.health() if self._fixes else {})}
 
     def values(self, samples: FixSamples) -> FloatArray:
@@ -488,7 +490,7 @@ class Gravity(SlowRegressor):
         return np.column_stack((samples.latitude, samples.longitude))
 
     def pieces(self, stamp_ns: IntArray, values: FloatArray) -> FloatArray:
-        """Return the regressor from each fix to the next; after the last it stays."""
+        """Return the regressor from each fix to the next, constant after the last."""
         elapsed_s = np.diff(stamp_ns) / NS_PER_S
         gravity, lifted = gravity_between(elapsed_s, *values.T)
         net = gravity - np.append(lifted, lifted[-1:] if len(lifted) else 0.0)
@@ -497,9 +499,9 @@ class Gravity(SlowRegressor):
 
 
 class Temperature(SlowRegressor):
-    """Temperature of the clock's box less that at the start, and its square.
+    """Temperature of the clock's box minus its initial value, and its square.
 
-    Between samples it is linear. Values that no air can have, such as 293, are left out.
+    Between samples it is linear. Impossible values of air, such as 293, are left out.
     """
 
     topic, name = SHIP_TEMPERATURE, 'temperature'
@@ -517,7 +519,7 @@ class Temperature(SlowRegressor):
         return samples.temperature[:, None] - self._begins
 
     def pieces(self, stamp_ns: IntArray, values: FloatArray) -> FloatArray:
-        """Return the regressor from each sample to the next; after the last it stays."""
+        """Return the regressor from each sample to the next, constant after the last."""
         rise = np.diff(values[:, 0]) / (np.diff(stamp_ns) / NS_PER_S)
         return np.column_stack((values[:, 0], np.append(rise, 0.0)))
 
@@ -544,7 +546,7 @@ class AllRegressors(MotionRegressors):
             source.feed(batches)
 
     def at(self, stamp_ns: IntArray) -> FloatArray:
-        """Return the integrals at increasing stamps [s], (n, c), and forget those before them."""
+        """Return the integrals at increasing stamps [s], (n, c), and drop earlier ones."""
         integrals = np.concatenate([source.at(stamp_ns) for source in self._sources], axis=1)
         self.lost = tuple(name for source in self._sources for name in source.lost)
         return integrals[:, self._order]
@@ -555,7 +557,7 @@ class AllRegressors(MotionRegressors):
 
 
 def regressors(scene: Scene, *, live: bool, fixes: LiveFixes | None = None) -> MotionRegressors:
-    """Return the source of the integrals of a scene's covariates; arguments as its classes."""
+    """Return the source of the integrals of a scene's covariates. Arguments as in its classes."""
     covariates = scene.drift.covariates or ()
     sources: dict[tuple[str, ...], MotionRegressors] = {}
     if moves := tuple(name for name in covariates if name in SHAKEN_BY):
@@ -574,8 +576,7 @@ class SharedIntegrals(MotionRegressors):
     The owner of the sea feeds it (`take`) before the clocks.
 
     Args:
-        scene: of any of the clocks, which must have the same covariates and threads that lean
-            alike, in the same air.
+        scene: of any of the clocks, which must agree in `key`.
     """
 
     state_names = ('next_ns', 'stamp', 'integral', 'source')
@@ -638,7 +639,7 @@ class RecordedIntegrals(MotionRegressors):
 
 
 def _followed(value: FloatArray, steps: FloatArray, time_s: float, mean: float) -> FloatArray:
-    """Return the running mean of a value with a time constant τ, where c = Δ/(τ + Δ)."""
+    """Return the running mean of a value with a time constant τ, c = Δ/(τ + Δ)."""
     means = np.empty_like(value)
     followed(np.ascontiguousarray(value), steps / (time_s + steps), mean, means)
     return means

@@ -1,8 +1,8 @@
 """Stability of a clock: the Allan deviation and related ones, with confidence intervals.
 
 `allantools` computes the deviations (Riley, Handbook of Frequency Stability Analysis, NIST SP
-1065, 2008). Each interval weights the possible kinds of noise by their probability
-(`noise_kinds`), with the degrees of freedom of each kind (`power_law`).
+1065, 2008). Each interval weights the possible kinds of noise by their probability, with the
+degrees of freedom of each kind.
 """
 
 from __future__ import annotations
@@ -26,26 +26,26 @@ from tauto_core.scene.times import NS_PER_S
 # The errors of a clock are sampled phases with the spectrum S_x(f) ~ (2 sin πfτ₀)^(α−2), the
 # noise of Kasdin and Walter (IEEE Frequency Control Symposium, 1992): α = 2 is white PM, 0 white
 # FM, −2 random-walk FM. A variance of the Allan family is the mean square of M overlapping
-# differences of order d over m samples; for a modified one, phases are first averaged over m
-# samples. The differences are stationary, with the spectrum
+# differences of order d over m samples. A modified one first averages phases over m samples. The
+# differences are stationary, with the spectrum
 #
 #     S_z(f) ~ (2 sin πfτ₀)^(α−2+2d) D^2d (D/m)²,    D = sin πmfτ₀/sin πfτ₀,
 #
-# without (D/m)² where phases are not averaged, and with an autocorrelation ρ_j. For Gaussian
-# noise the estimate then scatters as χ² with ν = M/(1 + 2 Σ (1 − j/M) ρ_j²) degrees of freedom.
+# without (D/m)² if phases are not averaged, and with an autocorrelation ρ_j. For Gaussian noise
+# the estimate then scatters as χ² with ν = M/(1 + 2 Σ (1 − j/M) ρ_j²) degrees of freedom.
 # Greenhall and Riley (Uncertainty of stability variances based on finite differences, PTTI 2003)
 # give ν for phases that were averaged over the sampling interval. A dial is read at an instant,
 # which at m = 1 makes ν smaller by up to a sixth, or larger by a third.
 
 LARGEST = 64
-"""Averaging time, in intervals, beyond which it may be taken as continuous."""
+"""Averaging time, in intervals, above which it may be taken as continuous."""
 
-# Length of the transform in spans of the difference; beyond it ρ² is below 1e-6.
+# Length of the transform in spans of the difference. Beyond it ρ² is below 1e-6.
 _PERIODS = 32
 
 
 class Difference(NamedTuple):
-    """The difference of phases whose mean square is a variance.
+    """A difference of phases with a variance as its mean square.
 
     Attributes:
         order: d, 2 (Allan) or 3 (Hadamard).
@@ -67,7 +67,7 @@ class Pair(NamedTuple):
     """The relation of two estimates from the same readings.
 
     Attributes:
-        ratio: expectation of the mean square of the second difference over that of the first.
+        ratio: expectation of the mean square of the second difference over the first.
         shared: covariance of the relative errors of both mean squares.
     """
 
@@ -78,7 +78,7 @@ class Pair(NamedTuple):
 def degrees_of_freedom(alpha: int, difference: Difference, count: int) -> float:
     """Return the degrees of freedom of an estimated variance, 2/(its relative variance).
 
-    It is the mean square of a difference of `count` readings; α of the noise is at least 2 − 2d.
+    It is the mean square of a difference of `count` readings. α of the noise is at least 2 − 2d.
     """
     return 2.0 / pair(alpha, difference, difference, count).shared
 
@@ -86,9 +86,9 @@ def degrees_of_freedom(alpha: int, difference: Difference, count: int) -> float:
 def pair(alpha: int, first: Difference, second: Difference, count: int) -> Pair:
     """Return the ratio and the covariance of the mean squares of two differences.
 
-    Where the averaging time is many intervals, only its ratio to the length of the record matters.
-    Phase noise that is not averaged is an exception: there neighbouring samples are independent.
-    Both differences have one order d and are modified or not; α of the noise is at least 2 − 2d.
+    If the averaging time is many intervals, only its ratio to the length of the record matters,
+    except for phase noise that is not averaged: there neighbouring samples are independent. Both
+    differences have one order d and are modified or not. α of the noise is at least 2 − 2d.
     """
     factor = max(first.factor, second.factor)
     if factor > LARGEST and (first.modified or alpha <= 0):
@@ -126,7 +126,7 @@ def _pair(alpha: int, first: Difference, second: Difference, count: int) -> Pair
 def _response(difference: Difference, length: int) -> FloatArray:
     """Return D^d, times D/m of a modified variance, on the frequencies of a transform."""
     m, place = difference.factor, np.arange(1, length // 2 + 1)
-    # reduced in integers, so that high frequencies are rounded no more than low ones
+    # reduced in integers: high frequencies are rounded no more than low ones
     turned = np.sin(np.pi / length * (place * m % (2 * length)))
     ratio = np.append(float(m), turned / np.sin(np.pi / length * place))
     response: FloatArray = ratio**difference.order
@@ -138,11 +138,10 @@ def _response(difference: Difference, length: int) -> FloatArray:
 #
 # From m to 2m the mean square of third differences of averaged phases changes by about 2^(1−α):
 # by a half for white PM, twofold for white FM, eightfold for random-walk FM, whatever the drift
-# of the rate. Expectation and scatter of each such ratio are known for each kind (`power_law`),
-# so Bayes' rule gives the probabilities of the kinds. All are equal at first. At each doubling a
-# kind may change into another with a small probability, since a clock has different kinds of
-# noise at short and at long times. So long averaging times, of which a record has few, also use
-# the shorter ones.
+# of the rate. Expectation and scatter of each such ratio are known for each kind, so Bayes' rule
+# gives the probabilities of the kinds, with equal ones at first. At each doubling a kind may
+# change into another with a small probability, since a clock has different noise at short and at
+# long times. So long averaging times, of which a record has few, also use the shorter ones.
 
 NOISES = {
     2: 'white PM',
@@ -157,13 +156,13 @@ NOISES = {
 ORDER = 3
 
 CHANGE = 0.05
-"""Probability that the noise is of another kind at twice an averaging time."""
+"""Probability of another kind of noise at twice an averaging time."""
 
 
 def weights_of_kinds(phase: FloatArray, octaves: int) -> FloatArray:
     """Return the probability of each of the `NOISES` at m = 1, 2, 4, …, (octaves >= 2, kinds).
 
-    The phases are evenly spaced and without their trend, at least 4·2^octaves of them.
+    The phases, at least 4·2^octaves, are evenly spaced and without their trend.
     """
     differences = [Difference(ORDER, 2**k, True) for k in range(octaves)]
     squares = [mean_square(phase, difference) for difference in differences]
@@ -199,7 +198,7 @@ def _log_likelihood(
 ) -> float:
     """Return the log-likelihood of the logarithm of a ratio of mean squares, less a constant.
 
-    Each of the two is χ² with its degrees of freedom; the logarithm of their ratio is nearly
+    Each mean square is χ² with its degrees of freedom. The logarithm of their ratio is nearly
     normal.
     """
     from scipy import special  # slow to import
@@ -217,13 +216,13 @@ def _log_likelihood(
 _CONFIDENCE = 0.95
 
 FEWEST = 32
-"""Least number of readings from which the kind of noise can be identified."""
+"""Least number of readings that identify the kind of noise."""
 
 NEGLIGIBLE = 1e-4
 """Probability of a kind of noise below which it is ignored."""
 
 SAME = 1e-9
-"""Relative accuracy to which the ends of an interval are computed."""
+"""Relative accuracy of the ends of an interval."""
 
 SHARE = 6
 """τ is at most a sixth of the record: a Hadamard deviation spans three τ, twice over."""
@@ -234,7 +233,7 @@ JITTER = 0.01
 
 @dataclass(frozen=True)
 class Deviation:
-    """One kind of deviation against τ; all (n,).
+    """One kind of deviation against τ. All are (n,).
 
     Args:
         value: the deviation of the relative frequency [1], or the time deviation [s].
@@ -273,10 +272,9 @@ def stability_of(reading: TimeSamples) -> dict[str, Any]:
     """Return the stability of a clock from its readings as plain values.
 
     `samples`, `interval_s`, `confidence`, and `rows`: for each τ `tau_s`, `noise` and its
-    `noise_probability` and, of `allan`, `modified`, `time` and `hadamard`, value and confidence
-    interval (`allan`, `allan_low`, `allan_high`, …); `time` in seconds, the others of relative
-    frequency. Readings that are too few, not evenly spaced, or without any noise are an
-    EstimationError.
+    `noise_probability`, and value and confidence interval (`allan`, `allan_low`, `allan_high`, …)
+    of `allan`, `modified` and `hadamard` in relative frequency and of `time` in seconds. Readings
+    that are too few, not evenly spaced, or noiseless are an EstimationError.
     """
     error, interval_s = error_of(reading)
     result = stability(error, interval_s)
@@ -330,9 +328,8 @@ def stability(
 ) -> Stability:
     """Return deviations of a clock from its errors [s] at even intervals.
 
-    Averaging times are `factors` of the interval, increasing, or powers of two; none above a sixth
-    of the readings. Fewer than `FEWEST` errors, or all on a parabola to rounding, are an
-    EstimationError.
+    Averaging times are increasing `factors` of the interval, or powers of two, up to a sixth of
+    the readings. Fewer than `FEWEST` errors, or a parabola to rounding, are an EstimationError.
     """
     import allantools
 
@@ -381,8 +378,8 @@ def stability(
 def _bounds(weights: FloatArray, differences: list[Difference], count: int) -> FloatArray:
     """Return the ratios of the interval's ends to the estimated deviation, (2, n).
 
-    For one kind of noise ν V/σ² is χ² with ν degrees of freedom, with V the estimated variance and
-    σ² the true one. Its distribution is averaged over the kinds with their probabilities (n,
+    For one kind of noise ν V/σ² is χ² with ν degrees of freedom, with the estimated variance V and
+    the true one σ². This distribution is averaged over the kinds with their probabilities (n,
     kinds), and cut at both ends with equal probability.
     """
     from scipy import special
@@ -392,7 +389,7 @@ def _bounds(weights: FloatArray, differences: list[Difference], count: int) -> F
     freedom = np.ones_like(weight)
     for row, column in np.argwhere(weight).tolist():
         difference = differences[row]
-        # for a redder noise than the difference allows, those of the reddest allowed
+        # a noise redder than the difference allows has the degrees of the reddest allowed one
         alpha = max(list(NOISES)[column], 2 - 2 * difference.order)
         freedom[row, column] = degrees_of_freedom(alpha, difference, count)
     level = 0.5 * np.array([1.0 - _CONFIDENCE, 1.0 + _CONFIDENCE])[:, None]

@@ -38,24 +38,24 @@ from tauto_core.ship.source import LANDFALL, LUNAR
 from tauto_core.wording import span
 
 # -----------------------------------------------------------------------------
-# The time over which the filter takes the rate of the clock for one and the same.
+# The time over which the filter assumes a single rate of the clock.
 
 GROWTH = 1.5
-"""Least growth of the rate's sigma where the state is reopened.
+"""Least growth of the rate's sigma when the state is reopened.
 
 An outlier ν is beyond 5 √S, and S is at least τ² times the variance of the rate. Reopened and
-updated, its sigma is about ν/(2τ), so it has grown by 2.5. Any other observation reduces it.
+updated, its sigma is about ν/(2τ): it has grown by 2.5. Any other observation reduces it.
 """
 
 
 class RatedTime:
-    """Finds when the rate that is estimated now began, from observations, readings and estimates.
+    """Finds when the present rate began, from observations, readings and estimates.
 
-    The model of the clock has one rate, which walks slowly, until an outlier that has to be
-    believed reopens the state: then the rate may have changed since the observation before. Once
-    a later observation has come, the rate is measured from the reopening. Of each topic the
-    batches come in order; observations come no later than the readings and estimates at their
-    stamps, and readings no later than estimates.
+    The model of the clock has one rate, which walks slowly, until an accepted outlier reopens the
+    state. Then the rate may have changed since the previous observation. Once a later observation
+    has come, the rate is measured from the reopening. Batches come in order within a topic:
+    observations no later than the readings and estimates at their stamps, and readings no later
+    than estimates.
     """
 
     def __init__(self) -> None:
@@ -94,7 +94,7 @@ class RatedTime:
         self._sigma = float(new_sigmas[-1])
 
     def start(self) -> tuple[int, int] | None:
-        """Return stamp and reading where the time begins [ns]; None where that is the start."""
+        """Return stamp and reading when the rate began [ns], `None` if it began at the start."""
         if self._reopened is None:
             return None
         measured = self._told > self._reopened + 1
@@ -106,23 +106,23 @@ class RatedTime:
 # The standard error of a run's mean rate, from the slowest changes of its rate.
 
 PARTS = 1024
-"""Enough that the slowest changes are seen apart from the jitter of the single readings, which
-waves and escapement cause.
+"""Number of parts of a run. It separates the slowest changes from the jitter of single readings by
+waves and escapement.
 """
 
 LEAST_PARTS = 32
 
 COSINES = 20
-"""Number of coefficients from which the memory of the rate is found."""
+"""Number of coefficients for the memory of the rate."""
 
 SLOWEST = 4
-"""Number of those that give the error; more would include faster changes, which say less of the
-mean, fewer leave it uncertain by more than a third of itself.
+"""Number of coefficients for the standard error. More would include faster changes, which tell
+less about the mean. Fewer would make it uncertain by more than a third.
 """
 
 MEMORIES = np.geomspace(0.003, 1.0, 30)
-"""Times for which a rate may remember, in lengths of the run, equally likely beforehand. A
-shorter one has the same coefficients as none, and of a longer one nothing can be known.
+"""Memories of a rate in lengths of the run, with equal prior probabilities. A shorter one has the
+same coefficients as no memory, and a longer one cannot be measured.
 """
 
 LONGEST = 0.1
@@ -131,7 +131,7 @@ independent.
 """
 
 NEGLIGIBLE_S_PER_DAY = 0.001
-"""Standard error that is good enough however long the memory: it is 0.02 nmi after 81 days."""
+"""Standard error that is good enough for any memory: 0.02 nmi after 81 days."""
 
 TOO_SHORT = 'cannot be projected from so short a run: '
 """Beginning of the reasons that a longer run removes."""
@@ -141,9 +141,9 @@ class RateError(NamedTuple):
     """How well the mean rate of a run is known.
 
     Attributes:
-        standard_error_s_per_day: of the mean rate [s/day]; None where it cannot be known.
+        standard_error_s_per_day: of the mean rate [s/day], `None` if it is unknown.
         length_s: length of the run [s].
-        why_unknown: the reason for None, with the remedy where there is one; otherwise empty.
+        why_unknown: the reason for `None`, with the remedy if there is one; otherwise empty.
     """
 
     standard_error_s_per_day: float | None
@@ -154,12 +154,12 @@ class RateError(NamedTuple):
 class RateScatter:
     """Takes the readings of a dial in order, in batches of any size, and keeps 1,025 of them.
 
-    With y the rate and T the length of the run, the coefficients
+    With the rate y and the length T of the run, the coefficients
 
         c_j = √2/T ∫ y(t) cos(πjt/T) dt,   j = 1, 2, …
 
-    have the variance of the mean rate itself where y has no memory longer than T/j, however it is
-    correlated over shorter times: both are the density of y at frequencies near zero, over T. So
+    have the variance of the mean rate itself if the memory of y is at most T/j, whatever its
+    correlation over shorter times: both are the density of y at frequencies near zero, over T. So
     the mean of the first `SLOWEST` c_j² is the square of the standard error (the equally weighted
     cosine estimator: Müller, J. Econometrics 141, 2007; Lazarus, Lewis, Stock and Watson, JBES
     36, 2018). It holds in two more cases. Jitter of the readings at both ends of the run gives
@@ -168,12 +168,12 @@ class RateScatter:
 
     A rate that forgets e-fold in θ has c_j² that fall off as 1/(1 + (πjθ/T)²), and a mean of the
     variance c_0² (1 − θ/T (1 − exp(−T/θ))). The likelihood of the first `COSINES`, normal and
-    independent, weighs the `MEMORIES`; the square of the standard error is the mean over them.
-    Where a memory beyond `LONGEST` is likelier than not, the error is not known.
+    independent, weights the `MEMORIES`. The square of the standard error is the mean over them. If
+    a memory beyond `LONGEST` is likelier than not, the error is unknown.
 
     Args:
         first_ns: stamp of the first reading [ns].
-        length_ns: length of the run [ns], > 0; it may end early.
+        length_ns: length of the run [ns], > 0. It may end early.
     """
 
     def __init__(self, first_ns: int, length_ns: int) -> None:
@@ -239,11 +239,11 @@ class RateScatter:
 
 PROJECTED_DAYS = (42.0, 81.0)
 """Six weeks, about a passage to the West Indies, to which the Act sends the clock; and the days
-that H4 went between its comparisons at Portsmouth and in Jamaica, 1761 to 1762.
+of H4 between its comparisons at Portsmouth and in Jamaica, 1761 to 1762.
 """
 
 HALF_TURN_S = 0.5 * DAY_S
-"""Error of a clock that is half a turn of longitude; no place is farther off."""
+"""Error of a clock that is half a turn of longitude, the largest distance of two places."""
 
 FORGOTTEN = 10.0
 """Number of time constants of the swing after which a run no longer depends on its start: the
@@ -251,12 +251,12 @@ standard error is then too small by a factor of 1.5 at most, as for a rate of th
 """
 
 AMPLITUDE_SHARE = 0.1
-"""Share by which waves may change the amplitude of a swing that nothing holds; in the built-in
-scenes it is 0.05 after an hour.
+"""Relative change of an undamped amplitude by waves; in the built-in scenes it is 0.05 after an
+hour.
 """
 
 LEAST_EFFECT_S_PER_DAY = 0.01
-"""Effect on the rate that no longitude shows: 0.2 nmi after 81 days."""
+"""Largest negligible effect on the rate: 0.2 nmi after 81 days."""
 
 _CANNOT = 'cannot be projected: '
 _WANDERS = 'so each wave changes it for good'
@@ -267,10 +267,9 @@ def forgets_its_start(
 ) -> RateError:
     """Return the uncertainty of the mean rate, if the swing no longer depends on its start.
 
-    What release and first waves gave to a swing that nothing damps stays for as long as the run,
-    and the next: the rate scatters about its own mean, and the run alone does not show it.
-    That matters where the rate depends on the amplitude by more than its standard error, as
-    `found` from the run itself.
+    The effect of release and first waves on an undamped swing lasts for the whole run, and the
+    next: the rate scatters about its own mean, which the run alone does not show. That matters if
+    the rate depends on the amplitude by more than its standard error, `found` from the run.
     """
     if isinstance(machine, InPlaceOfWheel):
         return found
@@ -302,7 +301,7 @@ def forgets_its_start(
             why = f'{_CANNOT}nothing damps the swing of the case, on which the rate depends, '
             why += _WANDERS
         elif depends and drag is not None:
-            # the energy of a harmonic swing comes e-fold nearer to the steady in J/damping
+            # the energy of a harmonic swing comes e-fold nearer to the steady one in J/damping
             damping = drag.damping(machine.frequency * amplitude)
             settled_s = FORGOTTEN * (machine.inertia / damping)
             if found.length_s < settled_s:
@@ -325,18 +324,16 @@ def projection(
 
     The dial gains y T, which puts the ship y T · ¼ arcmin/s · cos φ to the west. With the standard
     error s of y over a run of the length T₀ the gain has the variance s² T² + s² T₀ T: the rate of
-    the run may differ from that of all runs, and that of the voyage too. Random-walk noise q of
+    the run may differ from the mean of all runs, and so may the voyage's. Random-walk noise q of
     the dial adds q T₀ T²/3 + q T³/3. Correction by the estimated rate ŷ (`mean_rate`) leaves (y −
-    ŷ) T; a rate that depends on the ship's motion assumes that the motion continues. Besides what
-    the navigator does not know by his own model (`kalman.predict` under way, from an exact offset,
-    without coefficients), its standard deviation has that of y, since he has rated the clock in
-    this run alone.
+    ŷ) T; with covariates it assumes that the ship's motion continues. Its standard deviation has
+    the navigator's uncertainty by his own model (`kalman.predict` under way, from an exact offset,
+    without coefficients) and the variance of y, since he has rated the clock in this run alone.
 
-    Nothing is projected where the standard error is not known, nor beyond half a turn.
-    `projection` has for each number of `days` `raw_error_nmi` of the dial, `error_nmi` of the
-    corrected clock, both positive to the east, and the standard deviations `raw_sigma_nmi` and
-    `sigma_nmi`; None for what is beyond half a turn. `not_projected` is the reason why something
-    is missing, or None.
+    There is no projection without a standard error, nor beyond half a turn. `projection` has for
+    each number of `days` `raw_error_nmi` of the dial, `error_nmi` of the corrected clock, both
+    positive to the east, and the standard deviations `raw_sigma_nmi` and `sigma_nmi`, `None`
+    beyond half a turn. `not_projected` is the reason for missing values, or `None`.
     """
     if error.standard_error_s_per_day is None:
         return {'projection': [], 'not_projected': error.why_unknown}
@@ -394,7 +391,7 @@ class _RowsBefore:
         self.before: dict[int, _Row | None] = {}
 
     def mark(self, instant_ns: int) -> None:
-        """Keep the last row before an instant; it is unknown if later rows have come already."""
+        """Keep the last row before an instant. It is unknown if later rows have come already."""
         came = self.last is not None and self.last[0] >= instant_ns
         self.before[instant_ns] = None if came else self.last
 
@@ -410,11 +407,10 @@ class _RowsBefore:
 class LongitudeTally:
     """Error of the longitude at landfalls, at the end and at its worst, over all batches.
 
-    A landfall is judged by the last sample before its observation, which shows what the clock said
-    before it was checked. The worst error is sought after the last observation in port, since
-    before that the clock was being rated. Lunar distances are not checks: a voyage is unchecked
-    between places whose longitude is known. Feed observations no later than the errors that
-    include them.
+    The last sample before its observation, when the clock was not yet checked, judges a landfall.
+    The worst error is sought after the last observation in port: before that the clock was being
+    rated. Lunar distances are not checks: a voyage is unchecked between places of known longitude.
+    Feed observations no later than the errors that include them.
     """
 
     def __init__(self) -> None:
@@ -426,7 +422,7 @@ class LongitudeTally:
         self._last_checked: int | None = None
 
     def take(self, batches: Mapping[str, Samples]) -> None:
-        """Take the next batches of observations, places and errors, of whatever topics come."""
+        """Take the next batches of observations, places and errors, of any topics."""
         if isinstance(observed := batches.get(OBSERVATION), TimeSamples):
             self.observe(observed)
         if isinstance(fixes := batches.get(LONGITUDE_FIX), FixSamples):
@@ -443,7 +439,7 @@ class LongitudeTally:
                 self._errors.mark(stamp)
                 self._latitudes.mark(stamp)
             elif source == LUNAR:
-                continue  # the longitude is not known there
+                continue  # the place is not known there
             else:
                 self._in_port_ns = stamp
                 self._worst = {}
@@ -455,7 +451,7 @@ class LongitudeTally:
             self._latitudes.feed(fixes.stamp_ns, fixes.latitude[:, None])
 
     def feed(self, errors: JointSamples) -> None:
-        """Take the next batch of `longitude/error`; an EstimationError if a name is missing."""
+        """Take the next batch of `longitude/error`. A missing name is an EstimationError."""
         columns = {name: column(errors, name) for name in ERROR_NAMES}
         if not count(errors):
             return
@@ -474,19 +470,18 @@ class LongitudeTally:
                     )
 
     def result(self) -> dict[str, Any] | None:
-        """Return the verdict, None if no error came. Times are from the first error [s].
+        """Return the verdict, `None` without errors. Times are from the first error [s].
 
-        Keys: those of each of the `landfalls`, at the last of them, or at the last sample where
-        there is none; `landfalls`, a list; `worst_error_nmi` (magnitude), `worst_at_s`,
+        Keys: as in each of the `landfalls`, at the last of them, or without landfalls at the
+        last sample. `landfalls`, a list; `worst_error_nmi` (magnitude), `worst_at_s`,
         `worst_prize_pounds` of the corrected clock, and `worst_raw_…` of the dial, since
-        `worst_since_s`, the last observation in port; 0 where there is none.
+        `worst_since_s`, the last observation in port, or 0.
 
-        A landfall has `at_s`; `latitude_deg`, None where unknown; `ERROR_NAMES`; `unchecked_days`
-        since the observation before it, or since the dial was set at the first reading;
-        `prize_pounds` for the corrected distance, as the Act judges it, `raw_prize_pounds`, and
-        `required_rate_s_per_day` for £20,000 after so long. These three, and the prizes for the
-        worst errors, are None where less than `LEAST_UNCHECKED_DAYS` were unchecked, since no such
-        voyage qualifies.
+        A landfall has `at_s`, `latitude_deg` (`None` if unknown), `ERROR_NAMES`, `unchecked_days`
+        since the observation before it or the setting of the dial, `prize_pounds` for the
+        corrected distance, as the Act judges it, `raw_prize_pounds`, and `required_rate_s_per_day`
+        for £20,000 after this time. These three, and the prizes for the worst errors, are `None`
+        if less than `LEAST_UNCHECKED_DAYS` were unchecked, since no such voyage qualifies.
         """
         if self._errors.last is None:
             return None
