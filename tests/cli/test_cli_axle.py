@@ -70,7 +70,7 @@ def test_a_body_that_falls_is_followed_until_it_lifts_off() -> None:
         ('--push-spin 1 --gravity 0', '--gravity = 0.0: must be above 0'),
         (
             '--support concave --support-radius 0.01 --axle-radius 0.02 --push-spin 1',
-            'must be larger than the axle',
+            'must be larger than the radius of the axle',
         ),
     ],
 )

@@ -251,7 +251,7 @@ def test_a_thread_too_thick_for_its_cusp_is_blamed_and_the_thinner_one_fits(thre
     result = CliRunner().invoke(app, [*TOY, '--thread', str(thread)])
     assert result.exit_code == 2
     said = re.match(
-        r'tauto: --thread = \S+ mm: the slot for it leaves no room for a bore of 1 mm beside a '
+        r'tauto: --thread = \S+ mm: the slot for it leaves no room for a bore of 1 mm within a '
         r'cusp 2 mm from the axle. Use a thread of at most (\S+) mm',
         result.stderr.splitlines()[-1],
     )

@@ -86,7 +86,7 @@ def test_the_companion_of_a_companion_is_the_given_branch(given: Any) -> None:
 
 
 def test_no_companion_exists_for_half_the_time() -> None:
-    with pytest.raises(DescentError, match=r'give more than 0\.25 m'):
+    with pytest.raises(DescentError, match=r'Give more than 0\.25 m'):
         Companion(CYCLOID, 'ascent', 0.25)
     assert Companion(CYCLOID, 'ascent', 0.2501).end > 0.0
 
@@ -105,7 +105,7 @@ def test_a_curve_through_points_passes_them() -> None:
 def test_points_that_lead_nowhere_are_refused() -> None:
     with pytest.raises(DescentError, match='does not rise at'):
         ThroughPoints(KAPPA, GAMMA, np.array([[0.1, 0.02], [0.2, 0.01], [0.3, 0.05]]))
-    with pytest.raises(DescentError, match='increase'):
+    with pytest.raises(DescentError, match='increasing order'):
         ThroughPoints(KAPPA, GAMMA, POINTS[::-1])
 
 

@@ -245,5 +245,5 @@ def test_the_speed_limits_meet():
     """
     edge = height_at_lowest(OIL, OIL.descent_cusp)
     assert arcs(OIL, edge * (1.0 - 1e-14)).descent == pytest.approx(OIL.descent_cusp, rel=1e-12)
-    with pytest.raises(DescentError, match='give at most'):
+    with pytest.raises(DescentError, match='Give at most'):
         arcs(OIL, edge * (1.0 + 1e-14))

@@ -33,8 +33,8 @@ def test_three_numbers_give_the_fourth(inertia, pull, rate):
 @pytest.mark.parametrize(
     ('given', 'said'),
     [
-        ({}, 'left out: period, inertia, pull, base radius'),
-        ({'period': 1.0, 'inertia': 1.0, 'pull': 1.0, 'base_radius': 1.0}, 'left out: none'),
+        ({}, 'Left out: period, inertia, pull, base radius'),
+        ({'period': 1.0, 'inertia': 1.0, 'pull': 1.0, 'base_radius': 1.0}, 'Left out: none'),
         ({'period': 0.0, 'inertia': 1.0, 'pull': 1.0}, 'period = 0.0'),
         ({'period': 1.0, 'inertia': math.inf, 'pull': 1.0}, 'inertia = inf'),
     ],

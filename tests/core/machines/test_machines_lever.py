@@ -130,7 +130,7 @@ def test_beyond_the_geometry_is_refused():
     pose = SULLY.geometry.pose(np.array(SULLY.geometry.edges))
     least = np.minimum(np.cos(pose.beta), np.cos(pose.beta - pose.delta))
     np.testing.assert_allclose(least, 0.1, rtol=1e-12)
-    with pytest.raises(CamRangeError, match=r'2\.6 rad lies beyond the lever geometry'):
+    with pytest.raises(CamRangeError, match=r'2\.6 rad is beyond the lever geometry'):
         SULLY.period(2.6)
     # this side is longer, but the swing goes further on the other
     with pytest.raises(CamRangeError, match=r'a swing from -3\.1 rad goes beyond'):

@@ -178,8 +178,8 @@ def test_periods_are_told_by_amplitude() -> None:
     ('regulator', 'key', 'words'),
     [
         ({'viscous': 6.4}, 'regulator.viscous', 'Give less than 6.28319 1/s'),
-        ({'viscous': 0.1, 'curve': 'symmetric'}, 'regulator.viscous', 'meet in a corner'),
-        ({'viscous': 0.1, 'ascent_length': 0.8}, 'regulator.viscous', 'meet in a corner'),
+        ({'viscous': 0.1, 'curve': 'symmetric'}, 'regulator.viscous', 'a jump of curvature'),
+        ({'viscous': 0.1, 'ascent_length': 0.8}, 'regulator.viscous', 'a jump of curvature'),
         ({'viscous': -0.1}, 'regulator.viscous', 'must be at least 0'),
         ({'viscous': 6.28}, 'regulator.release_arc', 'Release the body nearer'),
     ],

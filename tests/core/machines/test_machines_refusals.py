@@ -52,7 +52,7 @@ def numbers(message, pattern):
 def test_too_light_a_weight(thread):
     """The range on a vertical thread is πL/(4λ), which grows with the root of the mass."""
     message = refusal(**WEIGHT, thread=thread, release_angle=9.0)
-    assert 'trochlea.release_angle = 9.0: beyond the cam' in message
+    assert 'trochlea.release_angle = 9.0: is beyond the cam' in message
     mass, period = numbers(message, r'at least ([\d.]+) kg .* at least ([\d.]+) s')
     better = [
         {'power': {'kind': 'weight', 'mass': mass}},

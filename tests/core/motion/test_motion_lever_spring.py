@@ -307,7 +307,7 @@ def test_it_is_drawn_with_an_arrow_at_the_end_of_the_lever() -> None:
             CONSTANT,
             {},
             'trochlea.thread.tail.mass',
-            'feels no gravity',
+            'gravity does not act',
         ),
         (HANGING, CONSTANT, {}, 'trochlea.power.kind', 'carries a weight'),
         (

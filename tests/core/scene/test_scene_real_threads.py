@@ -82,7 +82,7 @@ def test_what_does_not_go_with_them(
 
 @pytest.mark.parametrize('kind', THREADS)
 def test_a_release_beyond_what_the_thread_allows_is_refused(kind: str) -> None:
-    with pytest.raises(SceneError, match=r'trochlea\.release_angle = 6\.0: beyond what'):
+    with pytest.raises(SceneError, match=r'trochlea\.release_angle = 6\.0: is beyond the range'):
         compile_machine(scene_of(THREADS[kind], trochlea={'release_angle': 6.0}))
 
 

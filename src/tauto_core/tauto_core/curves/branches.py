@@ -1,7 +1,7 @@
-"""Curves in a fluid whose two branches differ, and the companion of a given branch.
+"""Curves in a fluid with two different branches, and the companion of a given branch.
 
-Euler 1729 answers when the descent alone is isochronous. In §7 he leaves open the problem with
-which he began: given one curve, to find another that, joined to it, makes the oscillations equal.
+Euler 1729 makes the descent alone isochronous. In §7 he leaves open his first problem: to find the
+curve that, joined to a given one, makes the oscillations equal.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ Side: TypeAlias = Literal['descent', 'ascent']
 
 _ROUNDING = 4.0 * np.finfo(np.float64).eps
 _COUNTS = (8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256)
-# Places at which a curve is examined for a slope that it must not have.
+# Number of places for checks of the slope.
 _SCANNED = 400
 
 
@@ -72,7 +72,7 @@ class Pieces:
             if terms is None:
                 raise QuadratureError(
                     f'a branch takes more than {_COUNTS[-1]} terms: the fluid resists too '
-                    'strongly, or the curve is too uneven; use a smaller amplitude, a larger or '
+                    'strongly, or the curve is too uneven. Use a smaller amplitude, a larger or '
                     'denser body, or a lighter fluid'
                 )
             rows.append(terms)
@@ -106,12 +106,11 @@ class Pieces:
 
 
 # -----------------------------------------------------------------------------
-# A branch in one direction of the motion: the body falls on it to the point where nothing pulls it
-# along, or rises from there.
+# A branch in one direction of the motion: the body falls on it to the zero of the force, or rises
+# from there.
 #
-# Let x be the arc from that point, F(x) > 0 the force along the branch over γ times the weight in
-# vacuum (the slope, less or more a constant friction), and q = −2κ where the body falls, 2κ where
-# it rises. With
+# Let x be the arc from that zero, F(x) > 0 the force along the branch over γ times the weight in
+# vacuum (the slope ∓ a constant friction), and q = −2κ for a fall, 2κ for a rise. With
 #
 #     τ = γ ∫ e^{qσ} F dσ from 0 to x,    r = √τ,    z = ∫ e^{qσ/2} dσ,    G = dz/dr,
 #
@@ -129,7 +128,7 @@ class Quarter:
         gamma: γ.
         falling: whether the body falls on it.
         reach: largest x [m].
-        joints: values of x where F is not smooth [m].
+        joints: values of x at which F is not smooth [m].
 
     Raises:
         QuadratureError: a resistance so strong that no series describes the branch.
@@ -152,7 +151,7 @@ class Quarter:
         pieces = np.arange(len(self._edges) - 1)
         panels = 1 + int(kappa * float(np.max(np.diff(self._edges))))
         self._sums, parts = np.zeros(len(self._edges)), np.zeros(len(pieces))
-        # Gauss's error falls so fast that two equal sums are those of the limit
+        # Gauss's error falls so fast that two equal sums have converged
         for self._panels in (panels, 2 * panels, 4 * panels, 8 * panels, 16 * panels):
             old, parts = parts, self._potential(self._edges[1:], pieces)
             if np.all(np.abs(parts - old) <= 4e-16 * parts):
@@ -172,7 +171,7 @@ class Quarter:
         else:
             raise QuadratureError(
                 f'a branch of {reach!r} m with kappa = {kappa!r} 1/m: the fluid resists too '
-                'strongly for swings to be computed; use a smaller amplitude, a larger or denser '
+                'strongly for swings to be computed. Use a smaller amplitude, a larger or denser '
                 'body, or a lighter fluid'
             )
 
@@ -253,7 +252,7 @@ class Quarter:
 
 
 # -----------------------------------------------------------------------------
-# Branches that may be given: besides the cycloid, a circle and a curve through points.
+# Given branches, in addition to the cycloid: a circle and a curve through points.
 
 
 @dataclass(frozen=True)
@@ -267,7 +266,7 @@ class CircularDescent(CurveInMedium):
 
     @property
     def descent_cusp(self) -> float:
-        """Arc of a quadrant, where it is upright [m]."""
+        """Arc of a quadrant, up to the vertical [m]."""
         return 0.5 * math.pi * self.radius
 
     def slope(self, arc: ArrayLike) -> FloatArray:
@@ -290,8 +289,8 @@ class ThroughPoints:
     Args:
         kappa: κ [1/m].
         gamma: γ.
-        points: horizontal distance from A and height above it [m], (n, 2), both > 0; distances
-            increase.
+        points: horizontal distance from A and height above it [m], (n, 2), both > 0, with
+            increasing distances.
 
     Raises:
         DescentError: too few points, or a curve that does not rise from A to the last of them.
@@ -305,8 +304,8 @@ class ThroughPoints:
         y, x = np.asarray(points, np.float64).T
         if len(y) < self.FEWEST or not (np.all(np.diff(y) > 0.0) and y[0] > 0.0):
             raise DescentError(
-                f'points: {len(y)} with distances {y.tolist()[:4]!r} … m: at least {self.FEWEST} '
-                'are needed, at distances from A that are above 0 and increase; give them so'
+                f'points: {len(y)} with distances {y.tolist()[:4]!r} … m: needs at least '
+                f'{self.FEWEST} points with distances > 0 in increasing order'
             )
         level = np.concatenate([-y[::-1], [0.0], y])
         height = np.concatenate([x[::-1], [0.0], x])
@@ -319,8 +318,8 @@ class ThroughPoints:
         if len(falls) or not float(self._bend(0.0)) > 0.0:
             where = float(arcs[falls[0]]) if len(falls) else 0.0
             raise DescentError(
-                f'points: the curve through them does not rise at {where:.6g} m from A, so that '
-                'no body comes down on it; give points that rise ever steeper, or more of them'
+                f'points: the curve through them does not rise at {where:.6g} m from A, and '
+                'holds the body there. Give points that rise ever steeper, or more of them'
             )
         knots = np.unique(self._spline.t)
         self._level_joints = knots[(knots > 0.0) & (knots < self._far)]
@@ -349,7 +348,7 @@ class ThroughPoints:
         return np.asarray(self._spline(self._level(np.abs(np.asarray(arc, np.float64)))))
 
     def _slope_over_arc(self, arc: FloatArray, piece: int) -> FloatArray:
-        del piece  # no place lies on an edge
+        del piece  # no place is on an edge
         steep = self._steep(self._level(arc))
         return np.asarray(steep / np.hypot(1.0, steep) / arc)
 
@@ -357,7 +356,7 @@ class ThroughPoints:
         return np.hypot(1.0, self._steep(level))
 
     def _level(self, arc: FloatArray) -> FloatArray:
-        """Return the horizontal distance y of arcs ≥ 0, of any shape; beyond the end it is y's."""
+        """Return the horizontal distance y of arcs ≥ 0, of any shape, clipped at the end."""
         s = np.minimum(np.ravel(arc), self.descent_cusp)
         index = np.clip(
             np.searchsorted(self._arc_edges, s, 'right') - 1, 0, len(self._arc_edges) - 2
@@ -386,19 +385,19 @@ Branch: TypeAlias = Cycloid | CircularDescent | ThroughPoints
 #
 #     z(r) + z′(r) = 2√(2L) r
 #
-# for z of the branch of descent and z′ of that of ascent, since the times of both are Abel's
-# integrals of dz and dz′ with one kernel. So one branch follows from the other, with its slope
-# p = 2r e^{−qt/2}/(γG′) at the arc t, up to the place where it stands upright, p = 1.
+# for z of the branch of descent and z′ of the branch of ascent, since the times of both are Abel's
+# integrals of dz and dz′ with one kernel. One branch determines the other, with the slope
+# p = 2r e^{−qt/2}/(γG′) at the arc t, up to the vertical, p = 1.
 
 
 class Companion:
     """The branch that makes the half swings over it and a given branch isochronous.
 
-    Arcs are > 0. It ends where it stands upright, or where the given one ends.
+    Arcs are > 0. It ends at the vertical, or with the given one.
 
     Args:
         given: the given branch.
-        side: the branch of the companion itself, 'ascent' where the descent is given.
+        side: the branch of the companion itself, 'ascent' if the descent is given.
         pendulum_length: L [m]: half swings take π√(L/g).
 
     Raises:
@@ -412,7 +411,7 @@ class Companion:
             raise DescentError(
                 f'pendulum_length = {pendulum_length!r} m: no companion exists, since the given '
                 f'branch alone takes half as long as a pendulum of '
-                f'{branch.pendulum_length!r} m and its time must be less than the whole; give '
+                f'{branch.pendulum_length!r} m and must leave some time to the other. Give '
                 f'more than {0.25 * branch.pendulum_length!r} m'
             )
         self.kappa, self.gamma = branch.kappa, branch.gamma
@@ -428,12 +427,12 @@ class Companion:
         self.end = float(self._arc(root)[0])
         """Arc of its end [m]."""
         self.given_end = float(self.own.arc(root)[0])
-        """Arc on the given branch from which, or to which, the body swings there [m]."""
+        """Arc of the same swing on the given branch [m]."""
         self.descent_cusp, self.ascent_cusp = self.end, 0.0
         inner = self.own.roots[1:-1]
         self.joints = self._arc(inner[inner < self.last_root])
         edges = np.concatenate([[0.0], self.joints, [self.end]])
-        # a companion of hardly any time is a difference of two nearly equal functions
+        # a short companion is a difference of two nearly equal functions
         factor = self._whole / (self._whole - math.sqrt(2.0 * branch.pendulum_length))
         self._slope_per_arc = Pieces(
             edges, lambda arc, _: self._slope(self._root(arc)) / arc, 2.0**-49 * factor
@@ -441,7 +440,7 @@ class Companion:
 
     @property
     def upright(self) -> bool:
-        """Whether it ends because it stands upright, before the given branch ends."""
+        """Whether it ends at the vertical, before the given branch ends."""
         return self.last_root < float(self.own.roots[-1])
 
     def slope(self, arc: ArrayLike) -> FloatArray:
@@ -484,7 +483,7 @@ class Companion:
         return z * logarithmic_mean(0.5 * self._growth * z)
 
     def _root(self, arc: FloatArray) -> FloatArray:
-        """Return r of arcs from 0 to the end, of any shape; beyond, that of the end."""
+        """Return r of arcs from 0 to the end, of any shape, clipped at the end."""
         z = arc * exponential_mean(0.5 * self._growth * np.minimum(arc, self.end))
 
         def excess(root: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -494,7 +493,7 @@ class Companion:
         return bracketed_newton(excess, start, (0.0, self.last_root), relative=_ROUNDING)
 
     def _last_root(self) -> float:
-        """Return r where the branch ends."""
+        """Return r at the end of the branch."""
 
         def stands(root: float) -> bool:
             at = np.array([root])
@@ -514,11 +513,11 @@ class Companion:
 
 
 class JoinedCurve:
-    """A curve whose branches of descent and ascent are parts of two curves, joined at A.
+    """The branch of descent of one curve and the branch of ascent of another, joined at A.
 
     Attributes:
-        descent: the curve of which the arcs > 0 are taken.
-        ascent: the curve of which the arcs < 0 are taken.
+        descent: the curve at arcs > 0.
+        ascent: the curve at arcs < 0.
         pendulum_length: L [m]: a small half swing takes π√(L/g).
         descent_cusp: largest arc of a start on the branch of descent [m].
         ascent_cusp: the same on the branch of ascent [m], < 0.
@@ -543,7 +542,7 @@ class JoinedCurve:
         return self._of_sides(arc, self.descent.slope, self.ascent.slope)
 
     def slope_rate(self, arc: ArrayLike) -> FloatArray:
-        """Return dp/ds [1/m]; at A that of the branch of descent."""
+        """Return dp/ds [1/m], at A of the branch of descent."""
         return self._of_sides(arc, self.descent.slope_rate, self.ascent.slope_rate)
 
     def height(self, arc: ArrayLike) -> FloatArray:
@@ -569,7 +568,7 @@ def joined_companion(branch: Branch, side: Side, pendulum_length: float) -> Join
 
     Args:
         branch: a curve with the same slope on both sides of A.
-        side: which of its branches is given, 'descent' or 'ascent'.
+        side: the given branch, 'descent' or 'ascent'.
         pendulum_length: L [m]: every half swing down the branch of descent takes π√(L/g).
 
     Raises:

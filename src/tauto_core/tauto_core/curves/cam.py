@@ -1,17 +1,12 @@
 """The cam: a lever arm as a function of the angle, and the curve that gives it.
 
-Lever arms as plain numbers for kernels, the curve of the cheek, whether a cheek can be cut, any
-analytic lever arm as polynomials, a force that depends on the lift, and the base of all kinds of
-cam.
-
 Euler, *De novo quodam curvarum tautochronarum genere* (1727). The lever arm t(ϑ) is the distance
-of the thread's line from the axle, so the family of these lines in the wheel's frame has t as
-its support function and the cheek is their envelope. With ψ the direction of a line's normal:
-p = dt/dψ, contact point t (cos ψ, sin ψ) + p (−sin ψ, cos ψ), radius of curvature R = t + dp/dψ.
-A thread that hangs vertically has ψ = ϑ (§VII–XIV); through a hole at distance a from the axle
-ψ = ϑ + arcsin(t/a) (§XXII–XXIX).
+of the thread's line from the axle. In the wheel's frame these lines have the support function t,
+and the cheek is their envelope. With ψ the direction of a line's normal: p = dt/dψ, contact point
+t (cos ψ, sin ψ) + p (−sin ψ, cos ψ), radius of curvature R = t + dp/dψ. A vertical thread has ψ =
+ϑ (§VII–XIV), a thread through a hole at distance a from the axle ψ = ϑ + arcsin(t/a) (§XXII–XXIX).
 
-The frame turns with the wheel; +y points along the thread at rest, towards weight or hole.
+The frame turns with the wheel. +y points along the thread at rest, towards weight or hole.
 Angles are radians, lengths metres. Every function takes numbers or arrays of any shape.
 """
 
@@ -48,7 +43,7 @@ if TYPE_CHECKING:
 # -----------------------------------------------------------------------------
 # Lever arms t(ϑ) as plain numbers: all that a compiled kernel needs of a cam.
 #
-# Angles are in radians, lengths in metres. All are odd, t(−ϑ) = −t(ϑ); lifts h = ∫ t dϑ are even.
+# All are odd, t(−ϑ) = −t(ϑ). Lifts h = ∫ t dϑ are even.
 
 
 class LinearLever(NamedTuple):
@@ -67,7 +62,7 @@ class ArcLever(NamedTuple):
     h = root_depth·(1 − cos ϑ) + radius·(|ϑ| − sin|ϑ|).
 
     Attributes:
-        root_depth: depth of the cheek's root below the axle [m], > 0; it is t'(0).
+        root_depth: depth of the cheek's root below the axle [m], > 0, equal to t'(0).
         radius: radius of the arc [m], > 0.
     """
 
@@ -83,8 +78,8 @@ class TableLever(NamedTuple):
 
     Attributes:
         knots: shape (n + 1,) [rad], strictly increasing from 0 to the cam's range.
-        coefficients: shape (n, 6), C order, [m/rad^j]; the even ones of piece 0 are exactly 0.
-        lifts: shape (n,) [m], the lift at knots[k]; lifts[0] = 0.
+        coefficients: shape (n, 6), C order, [m/rad^j], with exact zeros for even j on piece 0.
+        lifts: shape (n,) [m], the lift at knots[k], lifts[0] = 0.
     """
 
     knots: FloatArray
@@ -105,7 +100,7 @@ class SpringLever(NamedTuple):
 
 
 class SmoothLever(NamedTuple):
-    """An analytic lever arm as polynomials in |ϑ|, whose joints are below rounding.
+    """An analytic lever arm as polynomials in |ϑ|, with joints below rounding.
 
     On n pieces as TableLever, of any degree. Up to knots[1], with u = (ϑ/knots[1])²,
     t = ϑ Σ_j middle[0, j]·u^j, t' = Σ_j middle[1, j]·u^j and h = ϑ² Σ_j middle[2, j]·u^j.
@@ -113,7 +108,7 @@ class SmoothLever(NamedTuple):
     Attributes:
         knots: shape (n + 1,) [rad], strictly increasing from 0 to the cam's range.
         coefficients: shape (n, d), C order, [m/rad^j].
-        lifts: shape (n,) [m], the lift at knots[k]; lifts[0] = 0.
+        lifts: shape (n,) [m], the lift at knots[k], lifts[0] = 0.
         middle: shape (3, (d + 1)/2), C order [m/rad], [m/rad], [m/rad²].
     """
 
@@ -147,7 +142,7 @@ class _Thread(NamedTuple):
 
 
 def arm_rounding(angle: ArrayLike, arm: ArrayLike, rate: ArrayLike) -> FloatArray:
-    """Return by how much rounding of the angle and of the law may change a lever arm [m]."""
+    """Return the possible change of a lever arm by rounding of the angle and of the law [m]."""
     size = np.abs(arm) + np.abs(np.asarray(rate) * np.asarray(angle))
     return np.asarray(_ROUNDING * size)
 
@@ -155,17 +150,15 @@ def arm_rounding(angle: ArrayLike, arm: ArrayLike, rate: ArrayLike) -> FloatArra
 class Cam(ABC):
     """A pair of mirror-image cheeks: t and ψ are odd in ϑ, lift, p, arc and R are even.
 
-    A kind of cam gives its law at angles x = |ϑ| within the range, as arrays of any shape: `_arm`,
-    `_rate`, `_bend`, `_lift` and `_rate_gain`; further `lever` and `range_rad`. Signs, ranges, the
-    curve of the cheek and the inverse of the lift follow from these. A cam that is known by a
-    function or by points needs none of them: `cams.table.Fitted` and `Table` have them.
+    A cam gives `lever`, `range_rad` and its law at angles x = |ϑ| within the range, as arrays of
+    any shape: `_arm`, `_rate`, `_bend`, `_lift` and `_rate_gain`. `cams.table` has these for a cam
+    given by a function (`Fitted`) or by points (`Table`).
 
     All methods of an angle raise CamRangeError beyond `range_rad`, and at NaN.
 
     Attributes:
-        kinked: whether t has a |ϑ|ϑ term at ϑ = 0, so that t'' jumps there.
-        knows_angle_of_lift: whether `angle_of_lift` is a closed form, good to rounding at any
-            lift.
+        kinked: whether t has a |ϑ|ϑ term at ϑ = 0, a jump of t''.
+        knows_angle_of_lift: whether `angle_of_lift` is a closed form.
     """
 
     kinked: bool = False
@@ -179,7 +172,7 @@ class Cam(ABC):
     @property
     @abstractmethod
     def range_rad(self) -> float:
-        """Largest |ϑ| at which the thread lies on the cheek [rad]; inf if there is no limit."""
+        """Largest |ϑ| with the thread on the cheek [rad], or inf."""
 
     @abstractmethod
     def _arm(self, x: FloatArray) -> FloatArray:
@@ -191,7 +184,7 @@ class Cam(ABC):
 
     @abstractmethod
     def _bend(self, x: FloatArray) -> FloatArray:
-        """Return t'' [m/rad²]; for a kinked cam at 0, the limit from above."""
+        """Return t'' [m/rad²], or its limit from above for a kinked cam at 0."""
 
     @abstractmethod
     def _lift(self, x: FloatArray) -> FloatArray:
@@ -203,7 +196,7 @@ class Cam(ABC):
 
     @property
     def hole_distance(self) -> float:
-        """Distance a of the hole from the axle [m]; inf where the thread hangs vertically."""
+        """Distance a of the hole from the axle [m], inf for a vertical thread."""
         return math.inf
 
     @property
@@ -213,7 +206,7 @@ class Cam(ABC):
 
     @property
     def linear_rate(self) -> float | None:
-        """dt/dϑ [m/rad] where the lever arm is exactly linear, else None."""
+        """dt/dϑ [m/rad] if the lever arm is exactly linear, else None."""
         return None
 
     @property
@@ -223,7 +216,7 @@ class Cam(ABC):
 
     @property
     def joints(self) -> FloatArray:
-        """Angles between 0 and the range where t is not analytic [rad], increasing."""
+        """Angles within the range at which t is not analytic [rad], increasing."""
         return np.empty(0)
 
     def wider(self, amplitude: float, mass: float, period: float) -> str:
@@ -231,7 +224,7 @@ class Cam(ABC):
 
         Args:
             amplitude: the angle that the cam should allow [rad], > 0.
-            mass: the mass whose inertia rides on the thread [kg].
+            mass: the carried mass [kg].
             period: period of small swings [s].
         """
         return ' or give the cam a wider range'
@@ -246,7 +239,7 @@ class Cam(ABC):
         return self._rate(np.abs(self.within(angle)))
 
     def lever_curvature(self, angle: ArrayLike) -> FloatArray:
-        """Return d²t/dϑ² [m/rad²]; for a kinked cam at ±0, the limit from that side."""
+        """Return d²t/dϑ² [m/rad²], or its limit from that side for a kinked cam at ±0."""
         angle = self.within(angle)
         return np.copysign(1.0, angle) * self._bend(np.abs(angle))
 
@@ -255,16 +248,10 @@ class Cam(ABC):
         return self._lift(np.abs(self.within(angle)))
 
     def angle_of_lift(self, lift: ArrayLike) -> FloatArray:
-        """Return the ϑ ≥ 0 at which the lift is h [rad], to rounding.
+        """Return the ϑ ≥ 0 at which the lift is h [rad], to rounding, for t > 0 at ϑ > 0.
 
-        Newton's method on √h, which is nearly linear in ϑ. The lever arm must be positive for
-        ϑ > 0.
-
-        Args:
-            lift: h [m], from 0 to that at the cam's range.
-
-        Raises:
-            CamRangeError: a lift that is negative, NaN or beyond that at the cam's range.
+        Newton's method on √h, which is nearly linear in ϑ. CamRangeError: a lift [m] that is
+        negative, NaN or beyond the cam's range.
         """
         lift, _ = self._reached(lift)
         goal, edge = np.sqrt(lift), self.range_rad
@@ -279,13 +266,13 @@ class Cam(ABC):
         return bracketed_newton(excess, start, (0.0, edge), relative=ROOT_ROUNDING)
 
     def _reached(self, lift: ArrayLike) -> tuple[FloatArray, float]:
-        """Return lifts if the cam reaches them, and the highest, which is itself rounded [m]."""
+        """Return lifts that the cam reaches, and the highest, itself rounded [m]."""
         lift = np.asarray(lift, dtype=np.float64)
         highest = float(self.lift(self.range_rad))
         if not np.all((lift >= 0.0) & (lift <= highest * (1.0 + ROOT_ROUNDING))):
             raise CamRangeError(
                 f'lifts from {float(np.min(lift))!r} to {float(np.max(lift))!r} m: the cam '
-                f'{self!r} lifts by 0 to {highest!r} m and no more; use a smaller amplitude or a '
+                f'{self!r} lifts by at most {highest!r} m. Use a smaller amplitude or a '
                 'cam with a wider range'
             )
         return lift, highest
@@ -320,7 +307,7 @@ class Cam(ABC):
         return arm * cosine - rate * sine, arm * sine + rate * cosine
 
     def arc_length(self, angle: ArrayLike) -> FloatArray:
-        """Return the length of thread wound on the cheek, ∫ R dψ from 0 [m]; ≥ 0 where R is."""
+        """Return the length of thread wound on the cheek, ∫ R dψ from 0 [m]."""
         angle, (sine, cosine, rate) = self._thread(np.abs(angle))
         tip = self.lever_rate(0.0) / self.hole_distance
         # h + (a − s) + (p − p(0)) with the differences resolved: ∫ t dψ = h + a − s.
@@ -332,8 +319,8 @@ class Cam(ABC):
     def radius_of_curvature(self, angle: ArrayLike) -> FloatArray:
         """Return R = sgn ϑ·(t + dp/dψ) [m].
 
-        R = |t| (1 − w³) + (1 − w)³ |t|'', w = t'/(t' + √(a² − t²)). Where the curve is hollow R is
-        negative; a thread would bridge the hollow.
+        R = |t| (1 − w³) + (1 − w)³ |t|'', w = t'/(t' + √(a² − t²)). It is negative in a hollow,
+        which a thread would bridge.
         """
         angle, thread = self._thread(np.abs(angle))
         share = thread.share
@@ -342,14 +329,14 @@ class Cam(ABC):
         return self._arm(angle) * share * (1.0 + w + w * w) + bend
 
     def within(self, angle: ArrayLike) -> FloatArray:
-        """Return the angle as an array; raise CamRangeError if any is beyond the range."""
+        """Return the angle as an array. CamRangeError: an angle beyond the range."""
         angle = np.asarray(angle, dtype=np.float64)
         bad = ~(np.abs(angle) <= min(self.range_rad, np.finfo(np.float64).max))
         if np.any(bad):
             worst = float(np.atleast_1d(angle)[np.atleast_1d(bad)][0])
             raise CamRangeError(
-                f'angle {worst!r} rad is beyond the cam {self!r}, whose range is '
-                f'±{self.range_rad!r} rad: use a smaller amplitude or a cam with a wider range'
+                f'angle {worst!r} rad is beyond the range ±{self.range_rad!r} rad of the cam '
+                f'{self!r}. Use a smaller amplitude or a cam with a wider range'
             )
         return angle
 
@@ -360,15 +347,9 @@ class Cam(ABC):
         return angle, self._thread_at(arm, rate, arm_rounding(angle, arm, rate))
 
     def _thread_at(self, arm: FloatArray, rate: FloatArray, rounding: FloatArray) -> _Thread:
-        """Return the thread's line at a lever arm.
+        """Return the thread's line at a lever arm t [m] with a rate dt/dϑ [m/rad].
 
-        Args:
-            arm: t [m].
-            rate: dt/dϑ [m/rad].
-            rounding: by how much t may exceed the distance of the hole, since it is rounded [m].
-
-        Raises:
-            CamRangeError: a lever arm that is longer.
+        CamRangeError: t exceeds the distance of the hole by more than the rounding [m].
         """
         a = self.hole_distance
         if math.isinf(a):
@@ -378,33 +359,31 @@ class Cam(ABC):
             longest = float(np.atleast_1d(np.abs(arm))[np.atleast_1d(too_long)][0])
             raise CamRangeError(
                 f'a lever arm of {longest!r} m is longer than the hole is away, {a!r} m, on the '
-                f'cam {self!r}: use a smaller amplitude or move the hole away'
+                f'cam {self!r}. Use a smaller amplitude or move the hole away'
             )
         arm = np.clip(arm, -a, a)
         return _Thread(arm / a, np.sqrt((a - arm) * (a + arm)) / a, rate / a)
 
 
 # -----------------------------------------------------------------------------
-# Whether a cam can be: a thread wraps only a convex cheek, has a thickness, and pulls back.
+# Possible cams: a thread wraps only a convex cheek, has a thickness, and pulls back.
 #
-# `possible_cam` and `possible_lever` refuse impossible curves of any kind; every machine and every
-# drawing passes through them.
+# Every machine and every drawing passes through `possible_cam` or `possible_lever`.
 #
-# R, the radius of curvature, must not be negative where the thread lies, or the thread would
-# bridge a hollow. A thread of thickness e has its centre line on the cam's curve, so the cheek is
-# the parallel curve e/2 inwards; where R < e/2 there is none. Every cam that is smooth through
-# rest has R = 0 at its tip, where a thick thread bends round the cheek's edge.
+# The radius of curvature R must not be negative under the thread, which would bridge a hollow. The
+# centre line of a thread of thickness e follows the cam's curve, and the cheek is the parallel
+# curve e/2 inwards, which does not exist for R < e/2. Every cam that is smooth through rest has
+# R = 0 at its tip: a thick thread bends round the cheek's edge.
 
 _PROBES = 2000
 _FLAT = 1e-12
 
 
 def possible_cam(cam: Cam, kind: str) -> Cam:
-    """Return a cam that wheel, thread and hole allow; the error names its kind.
+    """Return a cam after a check over its range, or over a turn if that is unlimited.
 
-    It is looked at over its range, or over a turn if that is unlimited. SceneError: a lever arm
-    that is not a number or does not drive the wheel back, one longer than the hole is away, or a
-    hollow cheek.
+    SceneError, with the kind: a lever arm that is not a number or does not drive the wheel back,
+    one longer than the hole is away, or a hollow cheek.
     """
     edge = cam.range_rad if math.isfinite(cam.range_rad) else cam.drawn_rad
     if not edge > 0.0:
@@ -421,7 +400,7 @@ def possible_cam(cam: Cam, kind: str) -> Cam:
             f'has a lever arm {what} {where}, which does not drive the wheel back',
             'Make the lever arm rise from rest, and end before 0.',
         )
-    # the range is rounded, and the lever arm is steep there
+    # the range is rounded and the lever arm steep there
     allowed = cam.hole_distance + arm_rounding(angles, arms, cam.lever_rate(angles))
     at = _first(~(arms <= allowed))
     if at is not None:
@@ -443,10 +422,10 @@ def possible_cam(cam: Cam, kind: str) -> Cam:
 
 
 def possible_lever(shape: LeverLinkage, kind: str) -> LeverLinkage:
-    """Return cam, thread and lever of Sully's machine if they are possible, for any kind of cam.
+    """Return cam, thread and lever of Sully's machine after a check between its edges.
 
-    SceneError: between the edges of the shape, a lever arm that does not drive the wheel back, a
-    wheel that turns back while the lever rises, a thread that is wound up, or a hollow cheek.
+    SceneError: a lever arm that does not drive the wheel back, a wheel that turns back while the
+    lever rises, a thread that is wound up, or a hollow cheek.
     """
     low, high = shape.edges
     if not low < 0.0 < high:
@@ -486,15 +465,15 @@ def _impossible(kind: str, problem: str, remedy: str) -> SceneError:
 
 
 def _first(bad: np.ndarray) -> int | None:
-    """Return the index of the first that is bad; None if none is."""
+    """Return the index of the first true element, or None."""
     indices = np.flatnonzero(bad)
     return int(indices[0]) if len(indices) else None
 
 
 def hollow(cam: Cam, reach_rad: float | None = None) -> tuple[float, float] | None:
-    """Return the first interval of angles [rad] where R < 0; None where there is none.
+    """Return the first interval of angles [rad] with R < 0, or None.
 
-    It is looked for up to `reach_rad`, `cam.drawn_rad` when left out.
+    The search ends at `reach_rad`, by default `cam.drawn_rad`.
     """
     return _below(cam, 0.0, cam.drawn_rad if reach_rad is None else reach_rad)
 
@@ -502,10 +481,7 @@ def hollow(cam: Cam, reach_rad: float | None = None) -> tuple[float, float] | No
 def too_sharp(
     cam: Cam, radius: float, reach_rad: float | None = None
 ) -> list[tuple[float, float]]:
-    """Return the intervals of angles [rad] where R is less than half a thread's thickness [m].
-
-    A radius of 0 finds hollows.
-    """
+    """Return the intervals of angles [rad] with R < radius [m]."""
     edge = cam.drawn_rad if reach_rad is None else reach_rad
     stretches: list[tuple[float, float]] = []
     start = 0.0
@@ -516,7 +492,7 @@ def too_sharp(
 
 
 def _below(cam: Cam, radius: float, edge: float, start: float = 0.0) -> tuple[float, float] | None:
-    """Return the first interval beyond `start` where R is below a radius."""
+    """Return the first interval beyond `start` with R below a radius."""
     angles = _probes(edge, start)
     low = _excess(cam, angles, radius)
     bad = np.flatnonzero(low < 0.0)
@@ -532,9 +508,9 @@ def _below(cam: Cam, radius: float, edge: float, start: float = 0.0) -> tuple[fl
 
 
 def _probes(edge: float, start: float) -> FloatArray:
-    """Return the angles between `start` and `edge` at which a cam is looked at [rad].
+    """Return angles from `start` to `edge` for a check [rad], denser at both ends.
 
-    They are closer together at both ends, where R may vanish, and go down to the tip itself.
+    R may vanish at the ends. The angles go down to the tip itself.
     """
     even = start + (edge - start) * np.sin(np.linspace(0.0, 0.5 * math.pi, _PROBES)) ** 2
     angles = np.unique(np.concatenate([edge * np.logspace(-9.0, -4.0, 11), even[1:]]))
@@ -542,13 +518,13 @@ def _probes(edge: float, start: float) -> FloatArray:
 
 
 def _excess(cam: Cam, angles: FloatArray, radius: float) -> FloatArray:
-    """Return R less the radius, with an allowance for rounding where R is a small difference."""
+    """Return R less the radius, with an allowance for rounding."""
     radii = cam.radius_of_curvature(angles)
     return radii - radius + _FLAT * cam.lever_arm(angles)
 
 
 def _crossing(cam: Cam, radius: float, good: float, bad: float) -> float:
-    """Return the angle at which R falls below the radius, between one above and one below."""
+    """Return the angle between two at which R falls below the radius."""
     return bisect(lambda at: bool(_excess(cam, np.array([at]), radius)[0] >= 0.0), good, bad)[0]
 
 
@@ -557,10 +533,10 @@ def _crossing(cam: Cam, radius: float, good: float, bad: float) -> float:
 #
 # Chebyshev interpolation on pieces, each as long as one degree can represent to rounding. Towards
 # a singularity just beyond the range the pieces shorten in proportion to its distance. The first
-# piece is a polynomial in ϑ², so that t keeps its relative accuracy down to rest.
+# piece is a polynomial in ϑ², to keep the relative accuracy of t down to rest.
 
 TERMS = 12
-"""Terms of the first piece, in ϑ²; the others have twice as many, in ϑ."""
+"""Terms of the first piece, in ϑ². The others have twice as many, in ϑ."""
 
 RESOLVED = 4e-16
 """Largest size of the last coefficients over the first."""
@@ -578,9 +554,9 @@ def smooth_lever(
 ) -> SmoothLever:
     """Return an odd lever arm t(ϑ), h = ∫ t dϑ on 0 ≤ ϑ ≤ edge, as polynomials.
 
-    The two functions give t and h [m] of angles to rounding. t is analytic but at the joints
-    [rad], which increase between 0 and the edge; there pieces end. FitError: pieces of 2⁻⁴⁸ of
-    the range do not resolve the lever arm.
+    The two functions give t and h [m] of angles to rounding. t is analytic except at the joints
+    [rad], which increase between 0 and the edge. FitError: pieces of 2⁻⁴⁸ of the range do not
+    resolve the lever arm.
     """
     ends = np.append(joints, edge)
 
@@ -594,7 +570,7 @@ def smooth_lever(
     # the first piece: t/ϑ in u = (ϑ/knot)²
     knot = float(ends[0])
     while (even := _interpolated(ratio, TERMS)) is None:
-        # by a fifth: half would make up to twice as many pieces as are needed
+        # halving would make up to twice the necessary number of pieces
         knot *= 0.8
         if not knot > SHORTEST * edge:
             raise _rough(0.0)
@@ -628,10 +604,9 @@ def smooth_lever(
 
 
 def _interpolated(function: ArrayFunction, terms: int, blur: float = 0.0) -> FloatArray | None:
-    """Return the coefficients of x^j of a function on 0 ≤ x ≤ 1; None if they do not resolve it.
+    """Return the coefficients of x^j of a function on 0 ≤ x ≤ 1, or None if they miss it.
 
-    The function is accurate to rounding of its value, and of x by the blur, which shows where it
-    is steep.
+    The function is accurate to rounding of its value, and x to the blur.
     """
     nodes = 0.5 * (chebyshev.chebpts1(terms) + 1.0)
     values = function(nodes)
@@ -648,7 +623,7 @@ def _interpolated(function: ArrayFunction, terms: int, blur: float = 0.0) -> Flo
 def _rough(angle: float) -> FitError:
     return FitError(
         f'the lever arm near {angle!r} rad is not smooth enough for polynomials of degree '
-        f'{2 * TERMS - 1}: use a smaller range, or tabulate the cam'
+        f'{2 * TERMS - 1}. Use a smaller range, or tabulate the cam'
     )
 
 
@@ -670,13 +645,13 @@ class ForceSplines(NamedTuple):
 
 @dataclass(frozen=True)
 class ForceLaw:
-    """F(h) as the quintic spline through points, whose derivatives up to the fourth have no jump.
+    """F(h) as the quintic spline through points, with continuous derivatives up to the fourth.
 
-    The spline ends without a condition (not-a-knot), so that a polynomial up to the fifth degree,
-    as a spring's force is, comes out as itself.
+    Its ends are not-a-knot: a polynomial up to the fifth degree, such as a spring's force, is
+    reproduced.
 
     Attributes:
-        points: lifts [m], which increase from 0, and forces [N], > 0; six or more.
+        points: six or more lifts [m], which increase from 0, and forces [N], > 0.
     """
 
     points: tuple[tuple[float, float], ...] = field(repr=False)
@@ -739,7 +714,7 @@ class ForceLaw:
         return np.asarray(self.splines.energy(np.asarray(lift, np.float64)))
 
     def lift_of_energy(self, energy: ArrayLike) -> FloatArray:
-        """Return the lift at which E has the value ≥ 0 [m], to rounding."""
+        """Return the lift [m] of an energy E ≥ 0 [J], to rounding."""
         goal = np.asarray(energy, np.float64)
 
         def excess(lift: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -750,7 +725,7 @@ class ForceLaw:
 
 
 # -----------------------------------------------------------------------------
-# The base of all kinds of cam: keys, the threads and powers that they suit, their cam.
+# The base of all kinds of cam.
 
 CAMS = 'tauto_core.curves.cams'
 
@@ -759,11 +734,11 @@ class Pull(NamedTuple):
     """The pull of a power in the thread: F = force + stiffness · lift + pulling_mass · g_eff.
 
     Attributes:
-        carried_mass: m, whose inertia rides on the thread [kg].
-        pulling_mass: mass whose weight pulls [kg].
-        force: constant pull, or that of a spring at zero draw [N].
+        carried_mass: m, the mass with inertia on the thread [kg].
+        pulling_mass: mass of the weight that pulls [kg].
+        force: constant pull, or pull of a spring at zero draw [N].
         stiffness: stiffness of a spring [N/m].
-        law: of a force that depends on the lift in another way, F(0) = force; None: there is none.
+        law: any other dependence of the force on the lift, F(0) = force.
     """
 
     carried_mass: float = 0.0
@@ -778,13 +753,13 @@ class Pull(NamedTuple):
 
 
 class Setting(NamedTuple):
-    """The properties of the machine for which a cam is made.
+    """The properties of the machine that determine a cam.
 
     Attributes:
         inertia: I of the wheel [kg m2].
         pull: the pull of the power.
         gravity: g [m/s2].
-        distance: distance of the hole from the axle [m]; inf where the thread hangs vertically.
+        distance: distance of the hole from the axle [m], inf for a vertical thread.
     """
 
     inertia: float
@@ -794,11 +769,11 @@ class Setting(NamedTuple):
 
 
 class CamKind(Kind):
-    """A cam of a scene; every kind is named by a module of `curves/cams`.
+    """A cam of a scene. Each kind is a module of `curves/cams` with a `KIND`.
 
     Attributes:
         threads: the kinds of thread that it takes.
-        corrects: the power for which it is made, as in `PowerKind.acts_as`; '' for any.
+        corrects: its power, as in `PowerKind.acts_as`, or '' for any.
     """
 
     threads: ClassVar[tuple[str, ...]]
@@ -806,14 +781,15 @@ class CamKind(Kind):
 
     kind: str
     material: NamedMaterial | None = Field(
-        default=None, description='a name, or mapping: expansion; trochlea.material when left out'
+        default=None,
+        description='a name, or mapping: expansion. When left out it is trochlea.material',
     )
 
     def made(self, setting: Setting) -> Cam:
         """Return the cam for an ideal thread.
 
         Raises:
-            SceneError: a cheek that no thread can wrap, or a table that cannot be used.
+            SceneError: a cheek that no thread can wrap, or an unusable table.
         """
         raise self._no_cheek('an ideal thread')
 
@@ -821,7 +797,7 @@ class CamKind(Kind):
         """Return cam, thread and lever of Sully's machine.
 
         Raises:
-            SceneError: a cam that is not compatible with a lever.
+            SceneError: a cam that does not go with a lever.
         """
         raise self._no_cheek('a lever')
 
@@ -849,7 +825,7 @@ class PeriodCam(CamKind):
 
 
 def rate_for_period(setting: Setting, period: float) -> float:
-    """Return t'(0) = I ω²/F(0), which gives small swings a period [m/rad].
+    """Return t'(0) = I ω²/F(0) for a period of small swings [m/rad].
 
     SceneError: a period that is impossible with wheel and power.
     """

@@ -1,10 +1,9 @@
 """The cheeks of a cam as polylines, and the plate of arcs and lines that carries both.
 
 The frame is the wheel's: origin at the axle, +y along the thread at rest. Polylines are in metres,
-plates in millimetres. The cheeks of a plate are approximated by biarcs, pairs of arcs that share a
-tangent. Both curves are convex, so the greatest distance between them is the greatest difference
-of their support functions. Half a thread is between support function and lever arm: the tolerance
-of the outline bounds the error of the lever arm.
+plates in millimetres. Biarcs, pairs of arcs that share a tangent, approximate the cheeks of a
+plate. Both curves are convex: the greatest distance between them is the greatest difference of
+their support functions, and the tolerance of the outline bounds the error of the lever arm.
 """
 
 from __future__ import annotations
@@ -28,12 +27,12 @@ ComplexArray: TypeAlias = NDArray[np.complex128]
 
 MM_PER_M = 1000.0
 
-# Number of angles at which cheeks are looked at.
+# Number of angles for checks of cheeks.
 _PROBES = 2001
 
 
 class Cheek(NamedTuple):
-    """One cheek in the wheel's frame, from the tip on; arrays of shape (n,).
+    """One cheek in the wheel's frame, from the tip on, arrays of shape (n,).
 
     Attributes:
         angle: angle of the wheel at which the thread leaves the cheek at each point [rad].
@@ -49,22 +48,22 @@ class Cheek(NamedTuple):
 def cheek(
     cam: Cam, points: int = 200, reach_rad: float | None = None, thread_thickness: float = 0.0
 ) -> Cheek:
-    """Return the cheek for positive angles; the other one is its mirror image.
+    """Return the cheek for positive angles, the mirror image of the other one.
 
-    The centre line of a thread of thickness e ≥ 0 follows the cam's curve; the cheek is the
-    parallel curve e/2 inwards. It begins where the curve's radius of curvature reaches e/2 (R = 0
-    at the tip of every cam that is smooth through rest): up to there the thread bends round its
-    edge. Without a `reach_rad` it goes as far as `cam.drawn_rad` and the thread do. UsageError:
-    fewer than two points, a thickness that is none, or a cheek that no such thread can follow up
-    to there; CamRangeError: a reach beyond the range.
+    The centre line of a thread of thickness e ≥ 0 follows the cam's curve, and the cheek is the
+    parallel curve e/2 inwards. It begins at the radius of curvature e/2, since R = 0 at the tip of
+    every cam that is smooth through rest, and the thread bends round this edge. Without
+    `reach_rad` it ends with `cam.drawn_rad` or the thread. UsageError: fewer than two points, a
+    negative thickness, or a cheek that such a thread cannot follow. CamRangeError: a reach beyond
+    the range.
     """
     if points < 2:
-        raise UsageError(f'points = {points!r}: a cheek needs at least 2; ask for more')
+        raise UsageError(f'points = {points!r}: a cheek needs at least 2')
     if not 0.0 <= thread_thickness < math.inf:
-        raise UsageError(f'thread thickness {thread_thickness!r} m: must be ≥ 0; give another')
+        raise UsageError(f'thread thickness {thread_thickness!r} m: must be ≥ 0')
     reach = cam.drawn_rad if reach_rad is None else reach_rad
     cam.within(reach)
-    # the first interval of angles where R is at least half the thickness
+    # the first interval of angles with R of at least half the thickness
     start, end = 0.0, reach
     for low, high in too_sharp(cam, 0.5 * thread_thickness, reach):
         if low > 0.0 or thread_thickness == 0.0:
@@ -80,12 +79,12 @@ def cheek(
         # the advice, rounded to six digits, must stay below the end
         raise UsageError(
             f'beyond {end:.9g} rad the cheek of {cam!r} has a radius of curvature below half the '
-            f"thread's thickness, {0.5 * thread_thickness!r} m, where no thread can follow it. "
+            f"thread's thickness, {0.5 * thread_thickness!r} m, too sharp for the thread. "
             'Draw up to there (',
             Argument('reach_rad', f'{end * (1.0 - 1e-6):.6f}'),
             '), or use a thinner thread',
         )
-    # closer together at the end, where ψ grows like a square root when a thread meets its hole
+    # denser at the end: ψ grows like a square root as a thread reaches its hole
     angle = start + (end - start) * np.sin(np.linspace(0.0, 0.5, points) * math.pi)
     x, y = cam.contact(angle)
     if thread_thickness:
@@ -100,7 +99,7 @@ def outline(
     """Return both cheeks as one polyline (x, y) in the wheel's frame [m], for a thin thread.
 
     It runs from the end of the cheek at x > 0 over the common tip to the end of the other, with
-    2·points − 1 points. Reach and errors are those of `cheek`.
+    2·points − 1 points. Reach and errors as in `cheek`.
     """
     _, x, y = cheek(cam, points, reach_rad)
     return np.concatenate([-x[:0:-1], x]), np.concatenate([y[:0:-1], y])
@@ -109,12 +108,12 @@ def outline(
 def cheeks_meet_rad(cam: Cam) -> float:
     """Return the angle at which the two mirror-image cheeks meet again beyond their tip [rad].
 
-    There the contact point of the thread returns to the line x = 0. Longer cheeks would cross each
-    other and could not be cut from one plate. For an involute tan ϑ = ϑ, ϑ = 4.493 rad. It is inf
-    where they do not meet up to `cam.drawn_rad`.
+    The contact point of the thread is then on the line x = 0. Longer cheeks would cross and could
+    not be cut from one plate. For an involute tan ϑ = ϑ, ϑ = 4.493 rad. The result is inf if they
+    do not meet up to `cam.drawn_rad`.
     """
     angles = np.linspace(0.0, cam.drawn_rad, _PROBES)
-    # at positive angles the thread lies on the cheek at x < 0
+    # at positive angles the thread is on the cheek at x < 0
     is_left = cam.contact(angles)[0] < 0.0
     meets = np.flatnonzero(is_left[:-1] & ~is_left[1:])
     if not len(meets):
@@ -131,9 +130,9 @@ def lever_cheek(
     points: int,
     thread_thickness: float = 0.0,
 ) -> Cheek:
-    """Return one cheek of a lever's cam up to τ = end, as `cheek` does for other cams.
+    """Return one of the two cheeks of a lever's cam up to τ = end, as `cheek` for other cams.
 
-    The two cheeks of a lever differ. UsageError: a cheek that such a thread cannot follow.
+    UsageError: a cheek that such a thread cannot follow.
     """
     offset, start = 0.5 * thread_thickness, 0.0
     if offset:
@@ -144,8 +143,8 @@ def lever_cheek(
         if index == len(looked) - 1 or not np.array_equal(sharp, np.arange(index + 1)):
             reach = float(shape.theta(looked[-1:])[0])
             raise UsageError(
-                f'thread thickness {2.0 * offset!r} m: up to {reach:.6g} rad the cheek is not '
-                'everywhere beyond its tip as round as half of it; its greatest '
+                f'thread thickness {2.0 * offset!r} m: up to {reach:.6g} rad the cheek is '
+                'sharper than half of it beyond its tip. Its greatest '
                 f'radius of curvature is {float(np.max(radius)):.6g} m. Use a thinner thread or a '
                 'shorter ',
                 Argument('reach_rad'),
@@ -171,18 +170,18 @@ WALL_MM = 0.2
 """Least material between a hole and any other edge."""
 
 FINEST_MM, COARSEST_MM = 1e-6, 1.0
-"""Tolerances of an outline that make sense: a rounding of its numbers, and a coarse saw."""
+"""Limits of the tolerance of an outline: rounding of its numbers, and a coarse saw."""
 
 BORE, PINS, PIN_CIRCLE, SLOT = 0.5, 0.3, 0.65, 0.3
-"""Diameter of the bore, of the pin holes, radius of their circle and depth of the slot over the
-distance of the cusp from the axle. They lie within a circle through the cusp, in which no cheek
-cuts."""
+"""Diameter of the bore and of the pin holes, radius of their circle and depth of the slot, over
+the distance of the cusp from the axle. All fit within a circle through the cusp, inside the
+cheeks."""
 
 TOOL_MM = 1.0
-"""Diameter of the smallest tool, where none is stated."""
+"""Default diameter of the smallest tool."""
 
 PIN_ANGLES = (math.radians(210.0), math.radians(330.0))
-"""Directions of the pin holes from the axle: turned by half a turn the plate does not fit."""
+"""Directions of the pin holes from the axle, which exclude a plate turned by half a turn."""
 
 _LARGEST_ARC = math.radians(120.0)
 _SAMPLES = 33
@@ -206,7 +205,7 @@ class ArcPath(NamedTuple):
         x: vertices [mm].
         y: vertices [mm].
         bulge: tan(α/4) of the arc from each vertex to the next, α its angle, positive
-            counter-clockwise; 0 is a line.
+            counter-clockwise, 0 for a line.
     """
 
     x: FloatArray
@@ -214,7 +213,7 @@ class ArcPath(NamedTuple):
     bulge: FloatArray
 
     def polygon(self, sagitta: float) -> tuple[FloatArray, FloatArray]:
-        """Return points (x, y) on the path, chords of which leave it by at most a sagitta [mm]."""
+        """Return points (x, y) on the path, with chords within a sagitta of it [mm]."""
         points = self.x + 1j * self.y
         parts = []
         for start, end, bulge in zip(points, np.roll(points, -1), self.bulge, strict=True):
@@ -256,7 +255,7 @@ class CheekArcs:
 
         Before the first normal the thread bends round the edge at which the cheek begins.
         """
-        # a circle about the centre; about the edge its radius is 0
+        # the edge is an arc of radius 0
         centre = np.concatenate([self.vertex[:1], self.centre])
         radius = np.concatenate([[0.0], self.radius])
         which = np.minimum(np.searchsorted(self.psi, psi, side='right'), len(self.radius))
@@ -271,11 +270,11 @@ class Plate:
     Attributes:
         outline: edge of the plate, counter-clockwise from the edge of the slot on the left.
         holes: bore and pin holes.
-        tool: path of the centre of the cutter outside the plate; None without a cutter.
+        tool: path of the centre of the cutter outside the plate, or None.
         tool_holes: paths of the centre of the cutter inside the holes.
-        cheek: cheek on the left, on which the thread lies at positive angles.
+        cheek: cheek on the left, under the thread at positive angles.
         reach_rad: angle of the wheel at which the cheeks end [rad].
-        acts_from_rad: angle of the wheel from which on the thread lies on the cheeks [rad].
+        acts_from_rad: least angle of the wheel with the thread on the cheeks [rad].
         slot: width of the slot between the cheeks [mm].
         tolerance: greatest distance between the outline and the cheeks [mm].
         cutter: diameter of the cutter, or width of the kerf [mm].
@@ -307,8 +306,8 @@ def cam_plate(
 ) -> Plate:
     """Return a plate with both cheeks of a cam, closed by an arc about the axle.
 
-    The thread is held in a slot between the cheeks, as wide as the thread where these begin. From
-    the end of each cheek the thread leads away from the axle, and so from the closing arc.
+    A slot between the cheeks holds the thread, and is as wide as it at their beginning. From the
+    end of each cheek the thread leads away from the axle, and from the closing arc.
 
     Args:
         cam: the cam.
@@ -316,16 +315,15 @@ def cam_plate(
         thread_mm: thickness of the thread [mm], > 0: its centre line follows the curve of the cam.
         cutter_mm: diameter of the cutter, or width of the kerf [mm], ≥ 0.
         tolerance_mm: greatest distance between arcs and cheeks [mm], FINEST_MM to COARSEST_MM.
-        bore_mm: diameter of the bore for the axle [mm], > 0; None: BORE times the distance of the
-            cusp.
-        pins_mm: diameter of the two pin holes [mm], > 0; None: PINS times that.
-        pin_circle_mm: distance of the pin holes from the axle [mm], > 0; None: PIN_CIRCLE times.
-        slot_mm: depth of the slot below the edges of the cheeks [mm], > 0; None: SLOT times.
+        bore_mm: diameter of the bore for the axle [mm], > 0, by default BORE times the distance of
+            the cusp.
+        pins_mm: diameter of the two pin holes [mm], > 0, by default PINS times that distance.
+        pin_circle_mm: distance of the pin holes from the axle [mm], > 0, by default PIN_CIRCLE.
+        slot_mm: depth of the slot below the edges of the cheeks [mm], > 0, by default SLOT.
 
     Raises:
-        UsageError: arguments out of range, cheeks that cross or turn back to the axle, a hole that
-            is not inside the plate with WALL_MM of material about it, or a cutter wider than the
-            slot or a hole.
+        UsageError: arguments out of range, cheeks that cross or turn back to the axle, a hole
+            without WALL_MM of material about it, or a cutter wider than the slot or a hole.
         CamRangeError: a reach beyond the range of the cam.
     """
     tip = MM_PER_M * float(cam.p(0.0))
@@ -343,7 +341,7 @@ def cam_plate(
     if not FINEST_MM <= tolerance_mm <= COARSEST_MM:
         raise UsageError(
             Argument('tolerance_mm', tolerance_mm, spaced=True),
-            f': must be {FINEST_MM:g} to {COARSEST_MM:g} mm. Give another, or leave it out',
+            f': must be {FINEST_MM:g} to {COARSEST_MM:g} mm. Leave it out for a fine outline',
         )
     meeting = cheeks_meet_rad(cam)
     if reach_rad > meeting:
@@ -352,15 +350,15 @@ def cam_plate(
             f': the cheeks cross at {meeting:.6g} rad and cannot be cut from one plate beyond it. '
             'Give a smaller one',
         )
-    # the first angle of the cheek, and the part that a thread cannot follow, as in every drawing
+    # the first angle of the cheek, or a refusal as in every drawing
     acts_from = float(cheek(cam, 2, reach_rad, thread / MM_PER_M).angle[0])
     looked = np.linspace(acts_from, reach_rad, 1001)
     if np.any(cam.p(looked) <= 0.0):
         turned = float(looked[np.argmax(cam.p(looked) <= 0.0)])
         raise UsageError(
             Argument('reach_rad', f'{reach_rad:.6g} rad', spaced=True),
-            f': from {turned:.6g} rad on the thread leads towards the axle and would lie on the '
-            'edge of the plate. Give a smaller one',
+            f': from {turned:.6g} rad on the thread leads towards the axle, over the edge of '
+            'the plate. Give a smaller one',
         )
     arcs = _cheek_arcs(cam, acts_from, reach_rad, thread, tolerance_mm)
     slot = -2.0 * float(arcs.vertex[0].real)
@@ -391,7 +389,7 @@ def cam_plate(
         if room < 0.5 * size and name == 'bore_mm' and bore_mm is slot_mm and thinner > 0.0:
             raise UsageError(
                 Argument('thread_mm', f'{thread:g} mm', spaced=True),
-                f': the slot for it leaves no room for a bore of {size:.4g} mm beside a cusp '
+                f': the slot for it leaves no room for a bore of {size:.4g} mm within a cusp '
                 f'{tip:.4g} mm from the axle. Use a thread of at most {thinner:.2g} mm, or give a '
                 'smaller ',
                 *(Argument(name), ' or ', Argument('slot_mm')),
@@ -400,7 +398,7 @@ def cam_plate(
             raise UsageError(
                 Argument(name, f'{size:.4g} mm', spaced=True),
                 f': the hole at ({centre.real:.4g}, {centre.imag:.4g}) mm would not leave '
-                f'{WALL_MM:g} mm of the plate about it; there is room for '
+                f'{WALL_MM:g} mm of the plate about it. There is room for '
                 f'{max(2.0 * room, 0.0):.4g} mm. '
                 + ('Give a smaller hole' if room > 0.0 else 'Give another place')
                 + ': ',
@@ -437,13 +435,13 @@ def cam_plate(
 def too_small(
     tip_mm: float, pull: float, gravity: float, tool_mm: float, given: Container[str] = ()
 ) -> str:
-    """Return the holes of a plate that a tool cannot make, and the cure; '' where it makes all.
+    """Return a warning about holes of a plate too small for a tool, with the remedy, or ''.
 
-    The sizes are those of `cam_plate` but for the given ones. In the same period lever arms are
-    inverse to the pull [N]: I ω² = P b.
+    The default sizes of `cam_plate` are checked, not the given ones. In the same period lever arms
+    are inverse to the pull [N]: I ω² = P b.
     """
     shares = {('bore_mm', 'bore'): BORE, ('pins_mm', 'pin holes'): PINS}
-    _size('tool_mm', tool_mm, TOOL_MM)  # refuses what is none
+    _size('tool_mm', tool_mm, TOOL_MM)  # refuses a negative size
     small = {
         word: share
         for (name, word), share in shares.items()
@@ -462,18 +460,18 @@ def too_small(
 
 
 def _size(name: str, value: float | None, default: float) -> float:
-    """Return a length [mm], by default rounded to two digits; refuse one that is not positive."""
+    """Return a length [mm], by default rounded to two digits. UsageError: it is not > 0."""
     if value is None:
         return float(f'{default:.2g}')
     if not 0.0 < value < math.inf:
         raise UsageError(
-            Argument(name, value, spaced=True), ': must be > 0 mm. Give another, or leave it out'
+            Argument(name, value, spaced=True), ': must be > 0 mm. Leave it out for the default'
         )
     return value
 
 
 def _room(centre: complex, edge: tuple[FloatArray, FloatArray]) -> float:
-    """Return the distance of a point from a polygon [mm]; negative outside."""
+    """Return the distance of a point from a polygon [mm], negative outside."""
     start = edge[0] + 1j * edge[1] - centre
     side = np.roll(start, -1) - start
     along = np.clip(-(start * side.conj()).real / np.maximum(np.abs(side) ** 2, 1e-300), 0.0, 1.0)
@@ -510,7 +508,7 @@ def _cheek_arcs(cam: Cam, start: float, end: float, thread: float, tolerance: fl
         if halvings == 0:
             raise UsageError(
                 Argument('tolerance_mm', f'{tolerance:g} mm', spaced=True),
-                f': no arcs are so near to the cheek at {low:.6g} rad. Give a larger one',
+                f': no arcs come so near to the cheek at {low:.6g} rad. Give a larger one',
             )
         middle = 0.5 * (low + high)
         return fitted(low, middle, halvings - 1) + fitted(middle, high, halvings - 1)
@@ -528,8 +526,8 @@ def _cheek_arcs(cam: Cam, start: float, end: float, thread: float, tolerance: fl
 def _biarc(psi: FloatArray, point: ComplexArray) -> list[tuple[float, complex, float]] | None:
     """Return (ψ at its end, centre, radius) of two arcs between points with given normals.
 
-    Both arcs have tangents of equal length to the corner of their control polygon. None where the
-    curve turns back or by half a turn.
+    Both arcs have tangents of equal length to the corner of their control polygon. None: the curve
+    turns back, or by half a turn.
     """
     chord = complex(point[1] - point[0])
     tangents = [complex(1j * np.exp(1j * angle)) for angle in psi]
@@ -558,7 +556,7 @@ def _biarc(psi: FloatArray, point: ComplexArray) -> list[tuple[float, complex, f
 def _edge(cheek: CheekArcs, slot: float, depth: float, offset: float) -> ArcPath:
     """Return the edge of the plate, or its parallel curve outside at an offset [mm].
 
-    Each arc keeps its centre and angle; round convex corners the parallel curve is an arc.
+    Each arc keeps its centre and angle. Convex corners become arcs.
     """
     normal = np.exp(1j * cheek.psi)
     end, away = cheek.vertex[-1], cheek.vertex[-1] / abs(cheek.vertex[-1])
@@ -573,7 +571,7 @@ def _edge(cheek: CheekArcs, slot: float, depth: float, offset: float) -> ArcPath
     if offset:
         bulges.append(math.tan(0.25 * corner))
         vertices.append(complex(end + offset * away))
-    # the slot is symmetric; a cutter as wide as the slot goes down its middle
+    # a cutter as wide as the symmetric slot goes down its middle
     vertices = [complex(min(point.real, 0.0), point.imag) for point in vertices]
     closing = math.tau - 2.0 * float((np.angle(end) - 0.5 * math.pi) % math.tau)
     parts = math.ceil(closing / _LARGEST_ARC)
@@ -596,7 +594,7 @@ def lever_arm_as_cut(plate: Plate, cam: Cam, angle: FloatArray) -> FloatArray:
     arm, rate = plate.cheek.lever_arm(psi)
     if math.isinf(hole):
         return arm / MM_PER_M
-    # ψ = ϑ + arcsin(t/a) by Newton's method from the ψ of the cam, next to which it is
+    # ψ = ϑ + arcsin(t/a) by Newton's method from the ψ of the cam, which is near
     for _ in range(8):
         wrong = psi - angle - np.arcsin(arm / hole)
         psi = psi - wrong / (1.0 - rate / np.sqrt(hole * hole - arm * arm))
@@ -607,7 +605,7 @@ def lever_arm_as_cut(plate: Plate, cam: Cam, angle: FloatArray) -> FloatArray:
 def edge_lever_arm(plate: Plate, cam: Cam, angle: FloatArray) -> FloatArray:
     """Return the lever arm [m] on perfect cheeks that begin at the edges of the slot.
 
-    It differs from that of the cam only before the thread lies on the cheeks.
+    It differs from the cam's only before the thread touches the cheeks.
     """
     arm = cam.lever_arm(angle)
     at_edges = angle < plate.acts_from_rad
@@ -617,15 +615,15 @@ def edge_lever_arm(plate: Plate, cam: Cam, angle: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class PlateRates:
-    """By how much a plate changes the rate of free swings on land [s/day].
+    """Changes of the rate of free swings on land by a plate [s/day], positive for a gain.
 
-    Each array has the shape of the amplitudes. Positive: the clock gains.
+    Each array has the shape of the amplitudes.
 
     Attributes:
         amplitude_rad: amplitudes [rad].
-        edge: the cusp is rounded: the thread bends round the edges of the slot.
-        outline: edge and arcs together, the plate as it is drawn.
-        one_micrometre: both cheeks are cut a micrometre too deep.
+        edge: effect of the edges of the slot, round which the thread bends.
+        outline: effect of edge and arcs together, the plate as drawn.
+        one_micrometre: effect of both cheeks cut a micrometre too deep.
     """
 
     amplitude_rad: FloatArray
@@ -637,7 +635,7 @@ class PlateRates:
 def plate_rates(plate: Plate, cam: Cam, setting: Setting, amplitudes: FloatArray) -> PlateRates:
     """Return the rate error of a plate at amplitudes within its reach [rad].
 
-    The thread counts as ideal, the swings as free: ½ (I + m t²) θ̇² + F₀ h + ½ k h² is constant.
+    Thread ideal, swings free: ½ (I + m t²) θ̇² + F₀ h + ½ k h² is constant.
     """
     phase = np.linspace(0.0, 0.5 * math.pi, _SWING_NODES)
     rows = []
@@ -658,8 +656,8 @@ def plate_rates(plate: Plate, cam: Cam, setting: Setting, amplitudes: FloatArray
 def _period(arm: FloatArray, phase: FloatArray, amplitude: float, setting: Setting) -> float:
     """Return the period of free swings [s] of lever arms at θ = A sin φ, φ evenly spaced.
 
-    T = 4 ∫ √((I + m t²)/(2 (V(A) − V(θ)))) A cos φ dφ. The energies are summed from the turning
-    point, where they are small, by the trapezoidal rule for both cams that are compared.
+    T = 4 ∫ √((I + m t²)/(2 (V(A) − V(θ)))) A cos φ dφ. The trapezoidal rule sums the energies from
+    the turning point, near which they are small.
     """
     pull = setting.pull
     # θ₂ − θ₁ = 2 A cos(mean φ) sin(half the step) has no cancellation at the turning point

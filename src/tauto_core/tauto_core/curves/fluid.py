@@ -24,12 +24,11 @@ from tauto_core.scene.errors import DescentError
 # -----------------------------------------------------------------------------
 # Curves on which a body slides through a fluid, as functions of one signed arc.
 #
-# Euler, *Curva tautochrona in fluido* (1729). The arc s [m] is counted from the point A: s > 0 on
-# the branch of descent AM, s < 0 on that of ascent AN. A half swing goes from s > 0 to s < 0, a
+# Euler, *Curva tautochrona in fluido* (1729). The arc s [m] counts from the point A: s > 0 on the
+# branch of descent AM, s < 0 on the branch of ascent AN. A half swing goes from s > 0 to s < 0, a
 # reverse half swing the other way. x(s) is the height above A and p = dx/ds the slope, the sine
-# of the inclination; where it reaches ±1 the curve has its cusp. Every function takes numbers or
-# arrays of any shape. Slope and height are analytic beyond the cusps; `within` refuses arcs
-# beyond them.
+# of the inclination, which is ±1 at the cusps. Every function takes numbers or arrays of any
+# shape. Slope and height are analytic beyond the cusps. `within` refuses such arcs.
 
 
 class DescentCurve(Protocol):
@@ -41,7 +40,7 @@ class DescentCurve(Protocol):
 
     @property
     def gamma(self) -> float:
-        """γ: acceleration in the fluid over that in vacuum, 0 < γ ≤ 1."""
+        """γ: acceleration in the fluid over acceleration in vacuum, 0 < γ ≤ 1."""
 
     @property
     def pendulum_length(self) -> float:
@@ -49,11 +48,11 @@ class DescentCurve(Protocol):
 
     @property
     def descent_cusp(self) -> float:
-        """Arc of the cusp on the branch of descent [m], > 0; inf where there is none."""
+        """Arc of the cusp on the branch of descent [m], > 0, inf without a cusp."""
 
     @property
     def ascent_cusp(self) -> float:
-        """Arc of the cusp on the branch of ascent [m], < 0; −inf where there is none."""
+        """Arc of the cusp on the branch of ascent [m], < 0, −inf without a cusp."""
 
     @property
     def joints(self) -> FloatArray:
@@ -70,7 +69,7 @@ class DescentCurve(Protocol):
 
 
 def within(curve: DescentCurve, arc: ArrayLike) -> FloatArray:
-    """Return the arcs as an array; DescentError: an arc beyond a cusp, or NaN."""
+    """Return the arcs as an array. DescentError: an arc beyond a cusp, or NaN."""
     arcs = np.asarray(arc, np.float64)
     bad = ~((arcs >= curve.ascent_cusp) & (arcs <= curve.descent_cusp))
     bad |= np.isinf(arcs)
@@ -78,15 +77,14 @@ def within(curve: DescentCurve, arc: ArrayLike) -> FloatArray:
         worst = float(arcs[bad].flat[0])
         raise DescentError(
             f'arc {worst!r} m: the curve runs from {curve.ascent_cusp!r} m to '
-            f'{curve.descent_cusp!r} m, where it has its cusps; stay within, or take a longer '
-            'pendulum'
+            f'{curve.descent_cusp!r} m, its cusps. Stay within, or take a longer pendulum'
         )
     return arcs
 
 
 @dataclass(frozen=True)
 class CurveInMedium:
-    """A curve with its body and fluid; refuses numbers that no body in a fluid can have.
+    """A curve with its body and fluid. DescentError: a number out of its range.
 
     Attributes:
         kappa: κ, deceleration over the square of the speed [1/m], ≥ 0.
@@ -107,7 +105,7 @@ class CurveInMedium:
         for name, limit, good in limits:
             if not good:
                 value = getattr(self, name)
-                raise DescentError(f'{name} = {value!r}: must be finite and {limit}; give another')
+                raise DescentError(f'{name} = {value!r}: must be finite and {limit}')
 
     @property
     def descent_cusp(self) -> float:
@@ -116,7 +114,7 @@ class CurveInMedium:
 
     @property
     def joints(self) -> FloatArray:
-        """Arcs at which the slope is not smooth [m]; none."""
+        """Arcs at which the slope is not smooth [m], here an empty array."""
         return np.empty(0)
 
     @property
@@ -129,7 +127,7 @@ class CurveInMedium:
 class Cycloid(CurveInMedium):
     """Huygens' cycloid, γ f dx/ds = s: the tautochrone in vacuum, used in a fluid (1729, 18).
 
-    It does not take κ of the fluid into account.
+    It ignores κ of the fluid.
     """
 
     @property
@@ -156,8 +154,8 @@ class SymmetricCurve(CurveInMedium):
     """γ f dx/ds = s + (4/9) κ² s³: closer to isochronous than Euler's curve for swings to and fro.
 
     On a cycloid in the fluid a swing to and fro takes 1 + (κS)²/6 of a small swing, with S its
-    arc. A term cκ²s³ of the force reduces that by 3c(κS)²/8, so c = 4/9 leaves no error of second
-    order in either direction. The curve does not depend on the direction of the motion.
+    arc. A term cκ²s³ of the force reduces this by 3c(κS)²/8: c = 4/9 leaves no error of second
+    order in either direction.
     """
 
     @property
@@ -189,9 +187,8 @@ class SymmetricCurve(CurveInMedium):
 class ActaCurve(CurveInMedium):
     """Curve of the Acta of 1726: γ f dx/ds = s + κ(S² − s²), for one start S (1729, 2–5).
 
-    From S the body reaches A in (π/2)√(f/g), with s = S cos ωt. From other starts it does not, so
-    each start S > 0 needs its own curve. At A the slope is κS²/γf. DescentError: a start
-    from which the curve would be steeper than vertical on the way.
+    From S > 0 alone the body reaches A in (π/2)√(f/g), with s = S cos ωt. At A the slope is
+    κS²/γf. DescentError: a start from which the curve would be steeper than vertical on the way.
     """
 
     start: float
@@ -204,20 +201,20 @@ class ActaCurve(CurveInMedium):
         if not (self.start > 0.0 and self.slope(top) <= 1.0):
             raise DescentError(
                 f'start = {self.start!r} m: must be > 0 and the curve from there nowhere steeper '
-                f'than upright, but its slope at {top!r} m is {float(self.slope(top))!r}; start '
+                f'than upright, but its slope at {top!r} m is {float(self.slope(top))!r}. Start '
                 'nearer to A or take a longer pendulum'
             )
 
     @property
     def descent_cusp(self) -> float:
-        """Arc at which the slope reaches 1 [m]; inf if it never does."""
+        """Arc of slope 1 [m], or inf."""
         room = self.gamma * self.pendulum_length - self.kappa * self.start**2
         square = 1.0 - 4.0 * self.kappa * room
         return 2.0 * room / (1.0 + math.sqrt(square)) if square >= 0.0 else math.inf
 
     @property
     def ascent_cusp(self) -> float:
-        """Arc at which the slope reaches −1 [m]."""
+        """Arc of slope −1 [m]."""
         room = self.gamma * self.pendulum_length + self.kappa * self.start**2
         return -2.0 * room / (1.0 + math.sqrt(1.0 + 4.0 * self.kappa * room))
 
@@ -321,13 +318,13 @@ class FluidTautochrone(CurveInMedium):
         if not 0.0 <= self.friction < limit:
             raise DescentError(
                 f'friction = {self.friction!r}: must be at least 0 and less than {limit!r} of the '
-                f'weight in the fluid, or the curve has no lowest point (beta = {self.beta!r}); '
-                'give less friction'
+                f'weight in the fluid, or the curve has no lowest point (beta = {self.beta!r}). '
+                'Give less friction'
             )
 
     @property
     def beta(self) -> float:
-        """β = γκf, which measures the resistance; no ascent cusp if β ≥ 1 (without friction)."""
+        """β = γκf. Without friction β ≥ 1 leaves no ascent cusp."""
         return self.gamma * self.kappa * self.pendulum_length
 
     @property
@@ -337,7 +334,7 @@ class FluidTautochrone(CurveInMedium):
 
     @property
     def ascent_cusp(self) -> float:
-        """Arc ln(1 − β(1 + μ))/κ at which dx/ds = −1 [m]; −inf if β(1 + μ) ≥ 1 (§28)."""
+        """Arc ln(1 − β(1 + μ))/κ at which dx/ds = −1 [m], −inf if β(1 + μ) ≥ 1 (§28)."""
         if self.beta * (1.0 + self.friction) >= 1.0:
             return -math.inf
         return self._arc_of_force(-self._gf * (1.0 + self.friction))
@@ -372,8 +369,8 @@ class FluidTautochrone(CurveInMedium):
     def arc_of_height(self, height: ArrayLike, branch: Literal['descent', 'ascent']) -> FloatArray:
         """Return the arc s on a branch at a height above A [m].
 
-        Solves the logarithmic form κs = ln(1 + κs + γκ²f x) (§16) by Newton's method on √x. With
-        friction the curve about its lowest point is Euler's with f/(1 − βμ) in place of f.
+        Newton's method on √x solves κs = ln(1 + κs + γκ²f x) (§16). With friction the curve about
+        its lowest point is Euler's with f/(1 − βμ) in place of f.
         DescentError: a height below the lowest point, or NaN.
         """
         x = np.asarray(height, np.float64)
@@ -382,13 +379,13 @@ class FluidTautochrone(CurveInMedium):
         if not np.all(above >= 0.0):
             raise DescentError(
                 f'height {float(np.min(x))!r} m: the lowest point of the curve is at '
-                f'{float(self.height(lowest))!r} m; give a height above it'
+                f'{float(self.height(lowest))!r} m. Give a height above it'
             )
         root = np.sqrt(2.0 * self._gf / (1.0 - self.beta * self.friction) * above)
         if branch == 'ascent':
             root = -root
-        # s √(2(e^{κs} − 1 − κs)/(κs)²) = root is convex in s, so Newton's method from the right
-        # never overshoots; e^z − 1 − z ≥ z²/2 for z ≥ 0; beyond, z < 2 ln(1 + root)
+        # s √(2(e^{κs} − 1 − κs)/(κs)²) = root is convex in s: Newton's method from the right never
+        # overshoots. The start is e^z − 1 − z ≥ z²/2 for z ≥ 0, and beyond z < 2 ln(1 + root)
         scaled = self.kappa * root
         log = logarithmic_mean(np.where(scaled > 0.0, scaled, 0.0))
         start = np.where(scaled > 0.0, root * np.minimum(1.0, 2.0 * log), root)
@@ -404,14 +401,14 @@ class FluidTautochrone(CurveInMedium):
 # -----------------------------------------------------------------------------
 # Coordinates and curvature of a curve in a fluid, and its outline for drawing and cutting.
 
-# κ|s| from which an ascent without a cusp is straight to rounding, e⁻⁴⁰.
+# Least κ|s| at which an ascent without a cusp is straight to rounding, e⁻⁴⁰.
 _FLAT = 40.0
 
 
 def abscissa(curve: DescentCurve, arc: ArrayLike) -> FloatArray:
     """Return y = ∫ √(1 − p²) ds from A [m], the horizontal coordinate (1729, 29).
 
-    By Gauss's quadrature in u, s = s* sin u, which takes the root out of the cusp s*.
+    By Gauss's quadrature in u, s = s* sin u, which removes the root at the cusp s*.
     DescentError: an arc beyond a cusp.
     """
     s = within(curve, arc)
@@ -449,7 +446,7 @@ def chained(curve: DescentCurve, arc: float, cusps: int) -> tuple[float, float]:
     if math.isinf(ends[0]) or math.isinf(ends[1]):
         raise DescentError(
             f'the curve has its cusps at {ends!r} m: one that is not there makes no chain of '
-            'arcs; take a shorter pendulum or a thinner fluid'
+            'arcs. Take a shorter pendulum or a thinner fluid'
         )
     x, y = (float(part) for part in coordinates(curve, arc))
     right, x_left = (float(abscissa(curve, end)) for end in ends)
@@ -460,12 +457,11 @@ def chained(curve: DescentCurve, arc: float, cusps: int) -> tuple[float, float]:
 def fluid_outline(curve: DescentCurve, points: int = 200) -> tuple[FloatArray, FloatArray]:
     """Return both branches as one polyline (horizontal, height) [m], ascent first.
 
-    It has 2·points − 1 points, A among them. The branch of ascent ends at its cusp, but not above
-    the cusp of descent, which no body exceeds. DescentError: fewer than two points.
+    It has 2·points − 1 points, A among them. The branch of ascent ends at its cusp, or at the
+    height of the cusp of descent. DescentError: fewer than two points.
     """
     if points < 2:
-        raise DescentError(f'points = {points!r}: a branch needs at least 2; ask for more')
-    # the ascent ends at its cusp, or where it is as high as the descent's
+        raise DescentError(f'points = {points!r}: a branch needs at least 2')
     top, low = float(curve.height(curve.descent_cusp)), curve.ascent_cusp
     if math.isinf(low):
         low = -curve.descent_cusp
@@ -473,7 +469,7 @@ def fluid_outline(curve: DescentCurve, points: int = 200) -> tuple[FloatArray, F
             low *= 2.0
     if not curve.height(low) <= top:
         low = bisect(lambda arc: bool(curve.height(arc) <= top), 0.0, low)[0]
-    # closer together at the cusps, where the curve is vertical
+    # denser at the cusps, with a vertical tangent
     share = np.sin(np.linspace(0.0, 0.5 * math.pi, points))
     arc = np.concatenate([low * share[:0:-1], curve.descent_cusp * share])
     x, y = coordinates(curve, arc)
@@ -481,7 +477,7 @@ def fluid_outline(curve: DescentCurve, points: int = 200) -> tuple[FloatArray, F
 
 
 def _level(curve: DescentCurve, arc: FloatArray, cusp: float) -> FloatArray:
-    """Return y at arcs on one side of A, whose cusp is there or at infinity."""
+    """Return y at arcs on one side of A, with its cusp."""
     if math.isinf(cusp):
         end = np.maximum(arc, -_FLAT / curve.kappa)
         tail = _cosine(curve, end) * (arc - end)
@@ -514,6 +510,6 @@ def _gauss(
 
 
 def _cosine(curve: DescentCurve, arc: FloatArray) -> FloatArray:
-    """Return dy/ds = √(1 − p²), 0 where p exceeds 1 by rounding at a cusp."""
+    """Return dy/ds = √(1 − p²), or 0 if p exceeds 1 by rounding at a cusp."""
     p = curve.slope(arc)
     return np.sqrt(np.maximum((1.0 - p) * (1.0 + p), 0.0))

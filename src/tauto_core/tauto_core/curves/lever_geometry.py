@@ -7,13 +7,12 @@ below C. With u = θ − δ, n = (cos δ, sin δ) and d = (sin δ, −cos δ)
     B = r u n + (r + l) d,    l = l₀ − r u²/2,    B = A + AB (cos β, sin β),
     A = (−AB cos β₀, −(r + l₀) − AB sin β₀).
 
-The distance of B from C is a function of u², and on the lever of its angle β. So everything
-follows without iteration from τ = ±√tan((β − β₀)/2). τ has the sign of θ, and is smooth up to a
-dead point and through rest, where β − β₀ is proportional to θ². The forms are free of
-cancellation.
+The distance of B from C is a function of u², and by the lever of β. Everything follows without
+iteration from τ = ±√tan((β − β₀)/2). τ has the sign of θ, and is smooth up to a dead point and
+through rest, since β − β₀ is proportional to θ² there. The forms are free of cancellation.
 
-So far as Euler reports it. As Sully built it, the thread lies on an arc of the lever about A and
-is tangent to it (`ArcLeverGeometry`). The fulcrum is to starboard of the thread, or to port
+This is the lever as Euler reports it. Sully built it with an arc about A to which the thread is
+tangent (`ArcLeverGeometry`). The fulcrum is to starboard of the thread, or to port
 (`MirroredLever`).
 """
 
@@ -34,19 +33,19 @@ from tauto_core.samples import FloatArray
 # The base of Sully's levers with any cam: parts, edges, and τ of θ.
 
 LEAST_COSINE = 0.1
-"""cos(β − δ) or cos β at the edge; beyond it the lever is within six degrees of a dead point (in
-line with the thread) or of upright.
+"""cos(β − δ) or cos β at the edge, six degrees from a dead point (lever in line with the thread)
+or from upright.
 """
 
 LEAST_FREE_SHARE = 0.1
 """Part of the thread that is still free at the edge."""
 
-# Places on each side at which the geometry is looked at; the edge lies between two of them.
+# Number of places on each side in the search for the edge.
 _SCAN = 4096
 
 
 class LeverSetting(NamedTuple):
-    """The properties of the machine for which the cam of a lever is made.
+    """The properties of the machine that determine the cam of a lever.
 
     Attributes:
         inertia: I of the wheel [kg m2].
@@ -87,8 +86,8 @@ class Pose(NamedTuple):
     """Positions of the parts, arrays of any one shape.
 
     Attributes:
-        u: θ − δ, the direction of the thread's line in the wheel's frame; with an involute the
-            angle of thread that is wound up [rad].
+        u: θ − δ, the direction of the thread's line in the wheel's frame, on an involute the
+            angle of wound-up thread [rad].
         beta: β of the lever above the level [rad].
         delta: δ of the thread from the plumb line [rad].
         free: length of the thread from the cam to B [m].
@@ -123,7 +122,7 @@ class LeverLinkage(ABC):
 
     @abstractmethod
     def pose(self, tau: FloatArray) -> Pose:
-        """Return the position of all parts; NaN beyond the cam or the thread."""
+        """Return the position of all parts, NaN beyond the cam or the thread."""
 
     @abstractmethod
     def theta(self, tau: FloatArray) -> FloatArray:
@@ -131,7 +130,7 @@ class LeverLinkage(ABC):
 
     @abstractmethod
     def rates(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return dθ/dτ and dβ/dτ; the first is 0 at a dead point, neither is singular."""
+        """Return dθ/dτ, 0 at a dead point, and dβ/dτ."""
 
     @abstractmethod
     def slopes(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -151,7 +150,7 @@ class LeverLinkage(ABC):
 
     @abstractmethod
     def _usable(self, tau: FloatArray) -> np.ndarray:
-        """Return where thread, lever and cam are compatible; not with the lever upright."""
+        """Return whether thread, lever and cam work, which excludes an upright lever."""
 
     @property
     def depth(self) -> float:
@@ -165,7 +164,7 @@ class LeverLinkage(ABC):
         upright = np.sqrt(np.cos(self.inclination) / (1.0 + np.sin(self.inclination)))
         ends = []
         for side in (-upright, upright):
-            # from rest outwards, the first point that is not usable brackets the edge
+            # the first unusable point from rest outwards brackets the edge
             grid = side * np.arange(1, _SCAN + 1) / _SCAN
             bad = float(grid[np.argmin(self._usable(grid))])
             good = bad - side / _SCAN
@@ -191,9 +190,9 @@ class LeverLinkage(ABC):
 
 
 def clear(beta: FloatArray, pull_cosine: FloatArray, free: FloatArray) -> np.ndarray:
-    """Return where lever and thread are within the limits, away from dead point, upright and end.
+    """Return whether lever and thread are within the limits.
 
-    `free` is the length of the thread from the cam to B over that at rest; NaN where it cannot be.
+    `free` is the length of the thread from the cam to B over its length at rest, or NaN.
     """
     cosine = np.minimum(np.cos(beta), pull_cosine)
     return np.asarray((cosine >= LEAST_COSINE) & (free >= LEAST_FREE_SHARE))
@@ -224,7 +223,7 @@ class LeverGeometry(LeverLinkage):
         return np.asarray(np.sqrt(2.0 * wound / (self.base_radius * (self.length + free))))
 
     def pose(self, tau: FloatArray) -> Pose:
-        """Return the position of all parts; NaN where the thread is too short."""
+        """Return the position of all parts, NaN if the thread is too short."""
         tau = np.asarray(tau, np.float64)
         u, half_angle = tau * self.u_per_tau(tau), np.arctan(tau * tau)
         free, start = self._wound(tau)[1], self.inclination
@@ -240,7 +239,7 @@ class LeverGeometry(LeverLinkage):
         return np.asarray(pose.u + pose.delta)
 
     def rates(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return dθ/dτ and dβ/dτ; the first is 0 at a dead point, neither is singular."""
+        """Return dθ/dτ, 0 at a dead point, and dβ/dτ."""
         pose, square = self.pose(tau), tau * tau
         beta = 4.0 / (1.0 + square * square)
         arm = self.arm * self.pull_cosine(pose.beta, pose.delta)
@@ -259,7 +258,7 @@ class LeverGeometry(LeverLinkage):
     def wider(self, amplitude: float, loads: Loads) -> str:
         """Return the change that widens the range to an amplitude, as the end of a sentence.
 
-        A smaller cam winds up less thread; a longer lever or thread may also help.
+        A smaller cam winds up less thread. A longer lever or thread may also help.
         """
 
         def holds(**change: float) -> bool:
@@ -306,8 +305,8 @@ class ArcLeverGeometry(LeverGeometry):
         l = (r + l₀) cos δ − ρ sin δ − r,
         β − β₀ = r u²/(2ρ) + δ − sin δ − (r + l₀)(1 − cos δ)/ρ.
 
-    l is the thread from the cam to the arc; the arc is taken to be long enough. There is no dead
-    point. Source: Académie, Machines et inventions approuvées, IV, 1735, No. 244, p. 77.
+    l is the thread from the cam to the arc, which is assumed long enough. There is no dead point.
+    Source: Académie, Machines et inventions approuvées, IV, 1735, No. 244, p. 77.
     """
 
     def pull_cosine(self, beta: FloatArray, delta: FloatArray) -> FloatArray:
@@ -320,7 +319,7 @@ class ArcLeverGeometry(LeverGeometry):
         return -per_tau * self._pulled(per_tau * tau) / self.base_radius
 
     def pose(self, tau: FloatArray) -> Pose:
-        """Return the position of all parts; NaN where the thread is too short."""
+        """Return the position of all parts, NaN if the thread is too short."""
         tau = np.asarray(tau, np.float64)
         delta = tau * self._lean_per_tau(tau)
         u = -delta * self._pulled(delta) / self.base_radius
@@ -344,9 +343,9 @@ class ArcLeverGeometry(LeverGeometry):
         return self.depth * np.cos(delta) - self.arm * np.sin(delta) - self.base_radius
 
     def _lean_per_tau(self, tau: FloatArray) -> FloatArray:
-        """Return δ/τ; NaN where the thread ends before the lever is as high.
+        """Return δ/τ, NaN if the thread ends before the lever is as high.
 
-        (β − β₀)/τ², an increasing function of −δ/τ up to where l = 0, is 2 arctan(τ²)/τ².
+        (β − β₀)/τ² = 2 arctan(τ²)/τ² is an increasing function of −δ/τ up to l = 0.
         """
         square = tau * tau
         safe = np.where(square > 0.0, square, 1.0)
@@ -362,7 +361,7 @@ class ArcLeverGeometry(LeverGeometry):
             rate = lean * pulled * self._free(delta) / (self.arm * self.base_radius)
             return lean * lean * risen - wanted, rate
 
-        # l = 0 where cos(δ + across) = r/√(ρ² + (r + l₀)²)
+        # l = 0 at cos(δ + across) = r/√(ρ² + (r + l₀)²)
         across = np.arctan2(self.arm, self.depth)
         reach = np.arccos(self.base_radius / np.hypot(self.arm, self.depth))
         with np.errstate(divide='ignore', invalid='ignore'):
@@ -377,10 +376,10 @@ class ArcLeverGeometry(LeverGeometry):
 
 @dataclass(frozen=True)
 class MirroredLever(LeverLinkage):
-    """A linkage as in a mirror, with the fulcrum to port.
+    """The mirror image of a linkage, with the fulcrum to port.
 
     Attributes:
-        linkage: the same with the fulcrum to starboard.
+        linkage: the linkage with the fulcrum to starboard.
     """
 
     linkage: LeverLinkage
@@ -408,7 +407,7 @@ class MirroredLever(LeverLinkage):
         return self.linkage.inclination
 
     def u_per_tau(self, tau: FloatArray) -> FloatArray:
-        """Return t/(r τ), that of −τ in the linkage."""
+        """Return t/(r τ) at −τ of the linkage."""
         return self.linkage.u_per_tau(-tau)
 
     def pose(self, tau: FloatArray) -> Pose:
@@ -435,7 +434,7 @@ class MirroredLever(LeverLinkage):
         return self.linkage.pull_cosine(beta, -delta)
 
     def lever_arm(self, tau: FloatArray) -> FloatArray:
-        """Return t of a cam that is made for a lever [m]."""
+        """Return t of a cam for a lever [m]."""
         return np.asarray(-cast(Any, self.linkage).lever_arm(-tau))
 
     def radius_of_curvature(self, tau: FloatArray) -> FloatArray:
@@ -448,7 +447,7 @@ class MirroredLever(LeverLinkage):
         return -x, y
 
     def wider(self, amplitude: float, loads: Loads) -> str:
-        """Return the remedy of the linkage, whose range is the same."""
+        """Return the remedy of the linkage."""
         return self.linkage.wider(amplitude, loads)
 
     def of_inertia(self, inertia: float) -> MirroredLever:

@@ -1,6 +1,6 @@
-"""Materials by name, or by their numbers: how lengths and springs change with temperature.
+"""Materials by name or numbers: changes of lengths and springs with temperature.
 
-Every number of the tables is at room temperature and has its source beside it.
+The tables hold at room temperature.
 """
 
 from __future__ import annotations
@@ -30,14 +30,14 @@ class Material(Section):
     )
     modulus: Annotated[float, Strict(), Field(ge=-1e-2, le=1e-2)] | None = Field(
         default=None,
-        description='relative change of the shear modulus, −1e-2 to 1e-2 [1/K]; springs need it',
+        description='relative change of the shear modulus, −1e-2 to 1e-2 [1/K], needed by springs',
     )
 
     @property
     def force(self) -> float:
         """β, relative change of the force of a helical spring, G d⁴/8D³n times its draw [1/K].
 
-        That of the shear modulus G, and the expansion of d⁴/D³.
+        The sum for the shear modulus G and for d⁴/D³.
         """
         return (self.modulus or 0.0) + self.expansion
 
@@ -46,7 +46,7 @@ class Material(Section):
 MATERIALS = {
     # Kaye & Laby, Tables of Physical and Chemical Constants: brass with 34 % of zinc, 18.9e-6
     'brass': Material(expansion=18.9e-6),
-    # the same, mild steel, some 11.5e-6; the modulus, some −2.4e-4, as of uncompensated springs
+    # the same, mild steel, some 11.5e-6. Modulus of uncompensated springs, some −2.4e-4
     'steel': Material(expansion=11.5e-6, modulus=-2.4e-4),
     'copper': Material(expansion=16.5e-6),  # CRC
     'gold': Material(expansion=14.2e-6),  # CRC
@@ -61,10 +61,7 @@ MATERIALS = {
 
 
 def by_name(what: str, table: Mapping[str, object]) -> WrapValidator:
-    """Return a validator that takes a name of a table, or else the numbers of a section.
-
-    The error of an unknown name gives the nearest one.
-    """
+    """Return a validator that takes a name of a table, or else the numbers of a section."""
 
     def known(value: object, numbers: ValidatorFunctionWrapHandler) -> object:
         if not isinstance(value, str):
@@ -115,12 +112,12 @@ else:
 
 
 def as_written(named: str | Section | None) -> object:
-    """Return a name, or the numbers of a section without those left out, as a scene has them."""
+    """Return a name, or the given numbers of a section, as in a scene."""
     return named.model_dump(exclude_none=True) if isinstance(named, Section) else named
 
 
 def material(named: str | Material | None) -> Material:
-    """Return a material by its name or numbers; one that does not change where none is given."""
+    """Return a material by its name or numbers, by default one that does not change."""
     if named is None:
         return Material()
     return MATERIALS[named] if isinstance(named, str) else named

@@ -18,7 +18,7 @@ ArrayFunction: TypeAlias = Callable[[FloatArray], FloatArray]
 
 
 def trapezoid(values: FloatArray, at: FloatArray) -> float:
-    """Return the integral of values by trapezoids; NumPy has `trapezoid` since 2.0."""
+    """Return the integral of values by trapezoids (`numpy.trapezoid` since NumPy 2.0)."""
     return float((np.diff(at) * (values[1:] + values[:-1]) / 2.0).sum())
 
 
@@ -27,7 +27,7 @@ def trapezoid(values: FloatArray, at: FloatArray) -> float:
 
 
 def sine_defect(x: FloatArray) -> FloatArray:
-    """Return x − sin x, by its power series where |x| < 1."""
+    """Return x − sin x, by its power series for |x| < 1."""
     small = np.where(np.abs(x) < 1.0, x, 0.0)
     square = small * small
     tail = np.ones_like(square)
@@ -37,7 +37,7 @@ def sine_defect(x: FloatArray) -> FloatArray:
 
 
 def involute_defect(x: FloatArray) -> FloatArray:
-    """Return sin x − x cos x, by its power series where |x| < 1."""
+    """Return sin x − x cos x, by its power series for |x| < 1."""
     small = np.where(np.abs(x) < 1.0, x, 0.0)
     square = small * small
     tail = np.ones_like(square)
@@ -47,7 +47,7 @@ def involute_defect(x: FloatArray) -> FloatArray:
 
 
 def arctangent_defect(x: FloatArray) -> FloatArray:
-    """Return x − arctan x, by its power series where |x| < 1/2."""
+    """Return x − arctan x, by its power series for |x| < 1/2."""
     small = np.where(np.abs(x) < 0.5, x, 0.0)
     square = small * small
     series = np.zeros_like(square)
@@ -57,13 +57,13 @@ def arctangent_defect(x: FloatArray) -> FloatArray:
 
 
 def exponential_mean(z: FloatArray) -> FloatArray:
-    """Return (eᶻ − 1)/z, the mean of the exponential from 0 to z; 1 at 0."""
+    """Return (eᶻ − 1)/z, the mean of the exponential from 0 to z, 1 at 0."""
     safe = np.where(z == 0.0, 1.0, z)
     return np.where(z == 0.0, 1.0, np.expm1(safe) / safe)
 
 
 def exponential_defect(z: FloatArray) -> FloatArray:
-    """Return 2 (eᶻ − 1 − z)/z², 1 at 0, by its power series where |z| < 1."""
+    """Return 2 (eᶻ − 1 − z)/z², 1 at 0, by its power series for |z| < 1."""
     series = np.ones_like(z)
     small = np.where(np.abs(z) < 1.0, z, 0.0)
     for k in range(20, 2, -1):
@@ -79,16 +79,15 @@ def logarithmic_mean(z: FloatArray) -> FloatArray:
 
 
 # -----------------------------------------------------------------------------
-# Roots, of three kinds: one equation by Brent's method of SciPy; many equations at once by
-# Newton's method in brackets, for which SciPy has no function; the edge of a condition, which has
-# no value, by bisection. Within a step of a motion the kernels `locate` and `first_holds` of
-# `motion.events` do the first and the third.
+# Roots: of one equation by Brent's method of SciPy, of many equations at once by Newton's method
+# in brackets, which SciPy lacks, and the edge of a condition by bisection. Kernels have their own
+# forms in `motion.events`.
 
 
 def root_of(function: Callable[[float], float], low: float, high: float, absolute: float) -> float:
     """Return a root of a function with different signs at `low` and `high`, or 0 at one of them.
 
-    It is within `absolute` > 0 plus rounding of a place where the sign changes.
+    It is within `absolute` > 0 plus rounding of a change of sign.
     """
     from scipy.optimize import brentq  # slow to import
 
@@ -108,18 +107,17 @@ def bracketed_newton(
 ) -> FloatArray:
     """Return the roots of increasing functions, in the shape of `start`.
 
-    `equation` gives values and derivatives, element by element. Newton's method inside a bracket
-    that only shrinks, and that is infinite where a step cannot overshoot; where a step would leave
-    the bracket, the bracket is halved. An element whose last step was within the absolute plus
-    relative tolerance keeps its value while others continue, so the bits of a root do not depend
-    on the rest of the batch.
+    `equation` gives values and derivatives, element by element. Newton's method shrinks a bracket
+    and halves it if a step would leave it. The bracket may be infinite if no step can overshoot.
+    An element is kept after a step within the absolute plus relative tolerance: the bits of a root
+    do not depend on the rest of the batch.
     """
     low, high = (np.broadcast_to(np.asarray(end, np.float64), start.shape) for end in bracket)
     x, settled = np.clip(start, low, high), np.zeros(start.shape, np.bool_)
     for _ in range(_STEPS):
         value, slope = equation(x)
         low, high = np.where(value <= 0.0, x, low), np.where(value >= 0.0, x, high)
-        # where the derivative is 0 the bracket is halved
+        # a derivative of 0 halves the bracket
         with np.errstate(divide='ignore', invalid='ignore'):
             trial = x - value / slope
         is_inside = (trial >= low) & (trial <= high)
@@ -132,11 +130,11 @@ def bracketed_newton(
 
 
 def bisect(holds: Callable[[float], bool], good: float, bad: float) -> tuple[float, float]:
-    """Return two neighbouring numbers: at the first a condition holds, at the second it does not.
+    """Return two neighbouring numbers: a condition holds at the first and fails at the second.
 
-    It holds from `good` up to one place and not from there to `bad`, which may be on either side.
+    It changes once between `good` and `bad`, on either side.
     """
-    # after 60 halvings the interval is no longer than the rounding error of its first length
+    # 60 halvings reach the rounding error of the first length
     for _ in range(60):
         middle = 0.5 * (good + bad)
         good, bad = (middle, bad) if holds(middle) else (good, middle)
@@ -153,8 +151,8 @@ FACTORS_TRIED = 40
 def nearest(value: float, factor: float, works: Callable[[float], bool]) -> float:
     """Return the nearest value that works, in the direction of the factor ≠ 1.
 
-    The value > 0 does not work; all beyond the first that works must work. It is rounded to four
-    digits, away from the value that does not work.
+    The value > 0 does not work, and all beyond the first that works must work. The result is
+    rounded to four digits, away from the value.
     """
     while (candidate := nearest_if_any(value, factor, works)) is None:
         value *= factor**FACTORS_TRIED
@@ -162,7 +160,7 @@ def nearest(value: float, factor: float, works: Callable[[float], bool]) -> floa
 
 
 def nearest_if_any(value: float, factor: float, works: Callable[[float], bool]) -> float | None:
-    """Return the same, or None if 40 steps by the factor find nothing that works."""
+    """Return the same, or None after FACTORS_TRIED steps by the factor."""
     bad, good = value, value * factor
     for _ in range(FACTORS_TRIED):
         if works(good):
@@ -170,32 +168,32 @@ def nearest_if_any(value: float, factor: float, works: Callable[[float], bool]) 
         bad, good = good, good * factor
     else:
         return None
-    # after 20 halvings the interval is narrower than the rounding to the printed digits
+    # 20 halvings are finer than the printed digits
     for _ in range(20):
         middle = math.sqrt(bad) * math.sqrt(good)
         bad, good = (bad, middle) if works(middle) else (middle, good)
     exponent = math.floor(math.log10(good)) - 3
     share = good / 10.0**exponent
     digits, step = (math.ceil(share), 1) if factor > 1.0 else (math.floor(share), -1)
-    # tests the number as it will be typed, since near the edge rounding decides
+    # test the number as typed: near the edge rounding decides
     while not works(typed := float(f'{digits}e{exponent}')):
         digits += step
     return typed
 
 
 def farther(arm: float) -> str:
-    """Return the remedy for a cam whose lever arm would be too long for its hole [m]."""
+    """Return the remedy for a lever arm too long for the hole [m]."""
     return f', or move the hole to at least {arm:.6g} m from the axle'
 
 
 def choices(*remedies: tuple[str, str, float, float, Callable[[float], bool]]) -> str:
-    """Return the remedies that work, as the end of a sentence; empty if none does."""
+    """Return the remedies that work, as the end of a sentence, or ''."""
     words = workable_remedies(*remedies)
     return f', or use {words}' if words else ''
 
 
 def workable_remedies(*remedies: tuple[str, str, float, float, Callable[[float], bool]]) -> str:
-    """Return the remedies that work: each as words, unit, value, direction and test."""
+    """Return the remedies that work, from words, unit, value, direction and test of each."""
     values = (
         (words, unit, nearest_if_any(value, factor, works))
         for words, unit, value, factor, works in remedies
@@ -217,8 +215,8 @@ def chebyshev_nodes(count: int) -> FloatArray:
 def chebyshev_coefficients(values: FloatArray) -> FloatArray:
     """Return the coefficients c_j of Σ c_j T_j(x) from values at `chebyshev_nodes(n)`, (…, n).
 
-    c_j = (2/n) Σ_k values_k cos(πj (k + ½)/n), half of that for j = 0. This discrete cosine
-    transform is computed as the Fourier transform of the values and their mirror image.
+    c_j = (2/n) Σ_k values_k cos(πj (k + ½)/n), half of it for j = 0: a Fourier transform of the
+    values and their mirror image.
     """
     count = values.shape[-1]
     mirrored = np.concatenate([values, values[..., ::-1]], axis=-1)
@@ -231,8 +229,7 @@ def chebyshev_coefficients(values: FloatArray) -> FloatArray:
 def powers_on_unit(series: NDArray[np.floating[Any]]) -> FloatArray:
     """Return the coefficients of x^j of Σ series_k T_k(2x − 1), by Clenshaw's recurrence, (n,).
 
-    `Chebyshev.convert` gives the same bits with one object for each coefficient, at twenty times
-    the cost.
+    `Chebyshev.convert` gives the same bits at twenty times the cost.
     """
 
     def step(constant: float, row: FloatArray, terms: FloatArray) -> FloatArray:
@@ -256,12 +253,12 @@ def complete_series(
     tail_count: int = 4,
     scale: float | None = None,
 ) -> FloatArray | None:
-    """Return the first Chebyshev series that represents its functions; None if none does.
+    """Return the first complete Chebyshev series, or None.
 
-    `series` gives the coefficients with n terms, (…, n), for the counts that are tried in order. A
-    smooth function's coefficients fall geometrically down to rounding. A series is complete when
-    the last `tail_count` are at most `tail` of its largest one, or of `scale`: several, since one
-    may vanish by symmetry.
+    `series` gives the coefficients with n terms, (…, n), for each of the counts in order. A smooth
+    function's coefficients fall geometrically down to rounding. A series is complete if its last
+    `tail_count` are at most `tail` of the largest, or of `scale`. One alone may vanish by
+    symmetry.
     """
     for count in counts:
         coefficients = series(count)
@@ -281,17 +278,16 @@ _TOLERANCE = 1e-14
 
 
 class QuadratureError(TautoError):
-    """An integral that does not converge, since the function is not smooth."""
+    """An integral of a rough function, which does not converge."""
 
 
 def integrate(function: ArrayFunction, lower: FloatArray, upper: FloatArray) -> FloatArray:
     """Return the integrals of a function over n intervals, shape (n,).
 
-    24-point Gauss–Legendre; each panel is halved until that changes it by less than 1e-14 of the
-    whole integral, and the value of the halves is returned. The function must be smooth within
-    each interval; layers as thin as 2⁻⁴⁸ of it are found. The bits of an integral do not depend on
-    the other intervals. QuadratureError: no such agreement after 48 halvings, or with 1024 panels
-    at once.
+    Panels of 24-point Gauss–Legendre are halved until that changes a panel by less than 1e-14 of
+    the whole integral. The function must be smooth within each interval, down to layers of 2⁻⁴⁸ of
+    it. The bits of an integral do not depend on the other intervals. QuadratureError: no such
+    agreement after 48 halvings, or with 1024 panels at once.
     """
     count = len(lower)
     owner, begin, width = np.arange(count), lower, upper - lower
@@ -313,7 +309,7 @@ def integrate(function: ArrayFunction, lower: FloatArray, upper: FloatArray) -> 
             break
     raise QuadratureError(
         f'an integral does not settle to {_TOLERANCE:g} of itself, with panels of {_NODES} nodes '
-        'halved again and again: the machine is too stiff; use a smaller amplitude'
+        'halved again and again: the machine is too stiff. Use a smaller amplitude'
     )
 
 
@@ -324,7 +320,7 @@ def gauss_rule() -> tuple[FloatArray, FloatArray]:
 
 
 def repeated_rule(panels: int) -> tuple[FloatArray, FloatArray]:
-    """Return that rule on equal panels of [0, 1]: nodes, and weights whose sum is 2 · panels."""
+    """Return that rule on equal panels of [0, 1]: nodes, and weights of the sum 2 · panels."""
     nodes, weights = gauss_rule()
     places = (np.arange(panels)[:, None] + 0.5 * (1.0 + nodes)) / panels
     return places.ravel(), np.tile(weights, panels)
@@ -334,7 +330,7 @@ def gauss_sums(function: ArrayFunction, begin: FloatArray, width: FloatArray) ->
     """Return 24-point Gauss–Legendre sums over n intervals of given beginnings and widths."""
     nodes, weights = gauss_rule()
     values = function(begin[:, None] + width[:, None] * (0.5 * (1.0 + nodes)))
-    # along the last axis, so that the order of summation does not depend on the shape
+    # along the last axis, to sum in the same order for any shape
     total: FloatArray = np.sum(values * weights, axis=-1)
     return 0.5 * width * total
 
@@ -347,7 +343,7 @@ def panel_nodes(edges: FloatArray) -> FloatArray:
 def running(values: FloatArray, edges: FloatArray) -> tuple[FloatArray, float]:
     """Return the integrals from the first edge to each node, and to the last edge.
 
-    The values are those of a smooth function at `panel_nodes(edges)`, shape (panels, 24).
+    The values belong to a smooth function at `panel_nodes(edges)`, shape (panels, 24).
     """
     width = 0.5 * np.diff(edges)
     parts = width * np.sum(values * gauss_rule()[1], axis=-1)
@@ -379,15 +375,15 @@ def _from_left() -> FloatArray:
 # -----------------------------------------------------------------------------
 # Curves through points, a cubic between neighbours: the spline's or Akima's.
 #
-# `scipy.interpolate` has both, but importing it takes longer than sailing a scene for ten
-# minutes; a test holds that the values are the same.
+# `scipy.interpolate` has both, but takes longer to import than a scene of ten minutes to sail. A
+# test compares the values.
 
 
 def spline(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
     """Return the values of the cubic spline through points, not-a-knot at both ends.
 
-    At least four points, x strictly increasing; `at` lies between the first and the last. y has a
-    row for each point, (n, ...), and the values have one for each of `at`.
+    x has at least four points, strictly increasing, and `at` is between the first and the last.
+    y has a row for each point, (n, ...), the result one for each of `at`.
     """
     return hermite(x, y, spline_slopes(x, y), at)
 
@@ -396,12 +392,12 @@ def spline_slopes(x: FloatArray, y: FloatArray) -> FloatArray:
     """Return the slopes of the cubic spline at its points, of the shape of y.
 
     The slopes s make the second derivative continuous: with h_i = x_i+1 − x_i and d_i the slope of
-    the chord over it, h_i s_i−1 + 2 (h_i−1 + h_i) s_i + h_i−1 s_i+1 = 3 (h_i d_i−1 + h_i−1 d_i);
-    the third derivative is continuous at the second point and at the last but one. (C. de Boor, A
+    the chord over it, h_i s_i−1 + 2 (h_i−1 + h_i) s_i + h_i−1 s_i+1 = 3 (h_i d_i−1 + h_i−1 d_i).
+    The third derivative is continuous at the second point and at the last but one. (C. de Boor, A
     Practical Guide to Splines, 1978, chapter IV.)
     """
     h, n = np.diff(x), len(x)
-    # Below the first row and above the last there is nothing: zeros, which the solver multiplies.
+    # zeros outside the matrix, which the solver multiplies
     below, diagonal, above = np.zeros((3, n))
     below[1:-1], diagonal[1:-1], above[1:-1] = h[1:], 2.0 * (h[:-1] + h[1:]), h[:-1]
     d0, d1 = x[2] - x[0], x[-1] - x[-3]
@@ -434,9 +430,9 @@ def akima(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
     """Return the values of Akima's curve through points (J. ACM 17, 1970, 589).
 
     With m_i the slopes of the chords, the slope at a point between the chords m₂ and m₃ is
-    (w₂ m₂ + w₃ m₃)/(w₂ + w₃), w₂ = |m₄ − m₃| and w₃ = |m₂ − m₁|, or their mean where both are
-    zero. Beyond the ends the slopes m are extended linearly; two points are joined by a straight
-    line. x is strictly increasing, and `at` lies between the first and the last.
+    (w₂ m₂ + w₃ m₃)/(w₂ + w₃), w₂ = |m₄ − m₃| and w₃ = |m₂ − m₁|, or their mean if both are zero.
+    The slopes m are extended linearly beyond the ends, and two points give a straight line. x is
+    strictly increasing, and `at` is between the first and the last.
     """
     m = np.pad(np.diff(y) / np.diff(x), 2, mode='edge')
     for i, j, k in ((1, 2, 3), (0, 1, 2), (-2, -3, -4), (-1, -2, -3)):
@@ -445,7 +441,7 @@ def akima(x: FloatArray, y: FloatArray, at: FloatArray) -> FloatArray:
     w0, w1 = change[:-2], change[2:]
     weights = w0 + w1
     slopes = 0.5 * (m[3:] + m[:-3])
-    # as in SciPy: where both weights are rounding, their ratio is none
+    # as in SciPy: a ratio of weights that are both rounding is meaningless
     clear = weights > 1e-9 * np.max(weights)
     share = w0[clear] / weights[clear]
     slopes[clear] = m[1:-2][clear] + share * (m[2:-1][clear] - m[1:-2][clear])

@@ -1,6 +1,6 @@
 """Mechanics: the trochlea as a mechanism, its period, its design.
 
-The body in a fluid, which few scenes use, is loaded at its first use.
+The body in a fluid, which few scenes use, is imported at its first use.
 """
 
 from typing import TYPE_CHECKING

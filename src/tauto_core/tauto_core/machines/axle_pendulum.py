@@ -1,13 +1,12 @@
 """A body on a cylindrical axle that rests without friction in, on or over a curved support.
 
-Its two normal modes (C in axle.md; Euler 1780, 12–28, 42), its energy and its periods, and the
-same body as the regulator of a clock. `motion.axle` has the motion at any angles.
+Its two normal modes (C in axle.md, Euler 1780, 12–28, 42), its energy and periods, and the body as
+the regulator of a clock. `motion.axle` computes its motion at any angles.
 
-Euler 1780 (C in axle.md). x points down, y sideways. θ is the tilt of the normal at the contact,
-from the support's centre O to the axle's centre C; φ is the tilt of the body, from C to its centre
-of gravity. The axle's centre moves along an arc of radius e about O, s = eθ. Formulas use the
-curvature 1/e, so that a plane (0) and a convex support (negative) are no exceptions. A cradle is
-the same body; C is then the centre of curvature of its rockers (§48–53).
+x points down, y sideways. θ is the tilt of the normal at the contact, from the support's centre O
+to the axle's centre C, and φ the tilt of the body, from C to its centre of gravity. The axle's
+centre moves along an arc of radius e about O, s = eθ. The curvature 1/e is 0 on a plane and
+negative on a convex support. In a cradle C is the centre of curvature of the rockers (§48–53).
 """
 
 from __future__ import annotations
@@ -37,11 +36,10 @@ from tauto_core.scene.errors import ABSENT, Problem, SceneError, TautoError, Usa
 from tauto_core.scene.sections import NonNegative, Number, Positive, Section
 
 # -----------------------------------------------------------------------------
-# The two normal modes of a link with a heavy body (C in axle.md; Euler 1780, 12–28, 42).
+# The two normal modes of a link with a heavy body (C in axle.md, Euler 1780, 12–28, 42).
 #
-# A massless link of length e carries at its end C a body whose centre of gravity is c below C,
-# with the radius of gyration k about it. To first order in the tilts θ of the link and φ of the
-# body
+# A massless link of length e carries at its end C a body with its centre of gravity c below C and
+# the radius of gyration k about it. To first order in the tilts θ of the link and φ of the body
 #
 #     e θ̈ + c φ̈ + g θ = 0,    k² φ̈ + g c (φ − θ) = 0.
 #
@@ -50,20 +48,20 @@ from tauto_core.scene.sections import NonNegative, Number, Positive, Section
 #
 #     h + h′ = (k² + c² + ce)/c,    h h′ = e k²/c,    B B′ = −ce,    h = e + B,  h′ = e + B′.
 #
-# An axle of radius b that lies without friction in a bearing of radius a is such a link with e =
-# a − b; on a plane 1/e = 0, on a convex support e < 0. A thread that swings and winds on a wheel
-# is one too: e is its free length, c the cam's base radius, k² = I/m.
+# An axle of radius b in a smooth bearing of radius a is such a link with e = a − b, 1/e = 0 on a
+# plane and e < 0 on a convex support. So is a thread that swings and winds on a wheel: e is its
+# free length, c the cam's base radius, k² = I/m.
 
 DIGITS = 60
 
 
 class Modes(NamedTuple):
-    """The slow and the fast mode; on a convex support the stable and the unstable one.
+    """The slow and the fast mode, or the stable and the unstable one on a convex support.
 
     Attributes:
-        h: length of the simple pendulum that keeps time with the slow mode [m]; infinite on a
-            plane, where the mode is a steady drift.
-        h_prime: the same for the fast mode [m]; negative where that mode is unstable.
+        h: length of the simple pendulum that keeps time with the slow mode [m], infinite on a
+            plane, which makes this mode a steady drift.
+        h_prime: the same for the fast mode [m], negative if that mode is unstable.
         B: tilt of the body in the slow mode, θ : φ = c : B [m].
         B_prime: the same for the fast mode [m].
     """
@@ -84,12 +82,12 @@ class Modes(NamedTuple):
         return -1.0 / self.B_prime, -1.0 / self.B
 
     def coordinates_at(self, tilt: float, c: float) -> tuple[float, float]:
-        """Return q and q′ of θ = c (q + q′), φ = Bq + B′q′ where θ = φ = tilt [rad], c in m."""
+        """Return q and q′ of θ = c (q + q′), φ = Bq + B′q′ with θ = φ = tilt [rad], c in m."""
         gap = c * (self.B - self.B_prime)
         return tilt * (c - self.B_prime) / gap, tilt * (self.B - c) / gap
 
     def squared_frequencies(self, gravity: float) -> tuple[float, float]:
-        """Return ω² = g/h of both modes [rad2/s2]; negative if unstable, 0 for a drift."""
+        """Return ω² = g/h of both modes [rad2/s2], negative if unstable, 0 for a drift."""
         fast = gravity / self.h_prime if self.h_prime else math.inf
         return gravity / self.h, fast
 
@@ -97,20 +95,20 @@ class Modes(NamedTuple):
 def modes(e: float, c: float, k_squared: float) -> Modes:
     """Return both modes, without cancellation from the knife-edge to the plane and beyond.
 
-    Lengths in metres; e = ±inf is a plane, a negative one a convex support, c < 0 a centre of
-    gravity above the end of the link. ValueError: c = 0, where gravity turns the body in neither
-    direction, k² < 0, or values that are not finite numbers.
+    Lengths are in metres. e = ±inf is a plane, e < 0 a convex support, c < 0 a centre of gravity
+    above the end of the link. ValueError: c = 0, with which gravity does not turn the body, k² <
+    0, or values that are not finite numbers.
 
     Of the two forms D² = (k² + c² − ce)² + 4c³e = (k² + c² + ce)² − 4cek² the one without a
-    difference is used. Of two roots the one whose terms have one sign is computed; the other
-    follows from their product.
+    difference is used. The root with terms of one sign is computed, and the product of the roots
+    gives the other.
     """
     if math.isnan(e) or not math.isfinite(c) or c == 0.0 or not 0.0 <= k_squared < math.inf:
         raise ValueError(
             f'e = {e!r}, c = {c!r}, k_squared = {k_squared!r}: c must be finite and not 0, '
             'k_squared finite and at least 0'
         )
-    # e = p/q, so that a plane has q = 0 and the squares of a huge length do not overflow
+        # e = p/q gives a plane q = 0, and the squares of a huge length do not overflow
     p, q = (e, 1.0) if abs(e) < 1e100 else (math.copysign(1.0, e), 1.0 / abs(e))
     link = c * p
     total, offset = q * k_squared + c * (q * c + p), q * k_squared + c * (q * c - p)
@@ -134,10 +132,7 @@ def _over(above: float, below: float) -> float:
 
 
 def exact_lengths(e: Decimal, c: Decimal, k_squared: Decimal) -> tuple[Decimal, Decimal]:
-    """Return h and h′ [m] to some 40 digits, for phases followed through millions of turns.
-
-    For e, c and k² > 0 and finite.
-    """
+    """Return h and h′ [m] to some 40 digits, for phases over millions of turns, from k² > 0."""
     with localcontext() as context:
         context.prec = DIGITS
         total = k_squared + c * c + c * e
@@ -153,9 +148,10 @@ def answers(
     gravity: float,
     duration_s: float,
 ) -> tuple[FloatArray, FloatArray]:
-    """Return θ/τ and φ/τ for each wave; at resonance the size that they reach in the duration.
+    """Return the amplitude ratios θ/τ and φ/τ for each wave.
 
-    `depth` is c [m], `k_squared` k² [m2], `frequency` Ω of the waves [rad/s].
+    At resonance it is the amplitude reached at the end. `depth` is c [m], `k_squared` k² [m2],
+    `frequency` Ω of the waves [rad/s].
     """
     square = frequency**2
     divisor = np.full_like(square, pair.h * pair.h_prime * depth)
@@ -166,19 +162,19 @@ def answers(
 
 
 def off_resonance(mode: float, square: FloatArray, duration_s: float) -> FloatArray:
-    """Return ω² − Ω², at resonance the value with which a swing reaches the size that it then has.
+    """Return ω² − Ω² [rad2/s2], at resonance the value that gives the amplitude at the end.
 
     Args:
         mode: ω² of the mode [rad2/s2].
         square: Ω² of the waves [rad2/s2].
-        duration_s: the time in which it grows [s].
+        duration_s: duration of the growth [s].
     """
     detuning, width = mode - square, 2.0 * math.sqrt(mode) / duration_s
     return np.where(np.abs(detuning) < width, width, detuning)
 
 
 class UnsteadyAxleError(TautoError):
-    """An impossible axle or support, or one on which the body does not swing."""
+    """An impossible axle or support, or one from which the body falls."""
 
 
 @dataclass(frozen=True)
@@ -188,12 +184,12 @@ class AxlePendulum:
     Attributes:
         curvature: 1/e of the path of the axle's centre [1/m]: positive in a hollow, 0 on a plane,
             negative on a convex support.
-        depth: c of the centre of gravity below the axle's centre [m], not 0; negative: above it.
+        depth: c of the centre of gravity below the axle's centre [m], not 0, negative above it.
         gyration_radius: k about the centre of gravity [m], > 0.
         gravity: g [m/s2], > 0.
 
     Raises:
-        UnsteadyAxleError: a depth or radius of gyration for which there are no modes.
+        UnsteadyAxleError: a depth or radius of gyration without modes.
     """
 
     curvature: float
@@ -221,10 +217,10 @@ class AxlePendulum:
 
     @property
     def growth_rate(self) -> float:
-        """Growth rate of the unstable mode [1/s], √(g/|h′|) or √(g/|h|); 0 if the body swings.
+        """Growth rate of the unstable mode [1/s], √(g/|h′|) or √(g/|h|), or 0.
 
-        h h′ = e k²/c, so one of them is negative on every convex support (§45–47), and wherever
-        the centre of gravity lies above the axle's centre (§49).
+        h h′ = e k²/c makes one of them negative on every convex support (§45–47), and with the
+        centre of gravity above the axle's centre (§49).
         """
         return math.sqrt(max(0.0, *(-w for w in self.modes.squared_frequencies(self.gravity))))
 
@@ -241,21 +237,22 @@ class AxlePendulum:
             remedies.append(f'hang the centre of gravity {-self.depth:.6g} m below the axle')
         raise UnsteadyAxleError(
             f'{name} = {length:.6g} m is negative: the body falls from its support, '
-            f'{self.growth_rate:.6g}-fold e a second; to swing, both lengths must be positive. '
-            + ' and '.join(remedies).capitalize()
+            f'{self.growth_rate:.6g}-fold e a second, and swings only if both lengths are '
+            'positive. ' + ' and '.join(remedies).capitalize()
         )
 
 
 def axle_on(support_radius: float, axle_radius: float) -> float:
     """Return the curvature 1/e = 1/(a − b) of the path of an axle's centre [1/m].
 
-    The hollow's radius a is ±inf for a plane, negative for a convex support; b ≥ 0 may be that of
-    a cradle's rockers. UnsteadyAxleError: an axle that does not fit into its hollow.
+    The hollow's radius a is ±inf for a plane, negative for a convex support. b ≥ 0 is the radius
+    of the axle or of a cradle's rockers. UnsteadyAxleError: an axle that does not fit into its
+    hollow.
     """
     if 0.0 < support_radius <= axle_radius:
         raise UnsteadyAxleError(
-            f'support_radius = {support_radius!r} m: must be larger than the axle that lies in '
-            f'it, {axle_radius!r} m. Widen the hollow or turn the axle thinner'
+            f'support_radius = {support_radius!r} m: must be larger than the radius of the axle, '
+            f'{axle_radius!r} m. Widen the hollow or turn the axle thinner'
         )
     return 0.0 if math.isinf(support_radius) else 1.0 / (support_radius - axle_radius)
 
@@ -283,8 +280,8 @@ def small_motion(body: AxlePendulum, start: AxleState, times_s: ArrayLike) -> Ax
     """Return the small motion from any state, at times of any shape (§29–36, 43–47).
 
     With r and r′ the ratios φ/s of the modes, q = (φ − r′s)/(r − r′) and q′ = (rs − φ)/(r − r′)
-    each obey q̈ = −(g/h) q. The solution is a sine, on a plane a steady drift, for an unstable
-    mode a sinh.
+    each obey q̈ = −(g/h) q. The solution is a sine, a drift on a plane, or a sinh for an unstable
+    mode.
     """
     slow, fast = body.modes.tilt_per_arc
     times, split = np.asarray(times_s, np.float64), slow - fast
@@ -318,10 +315,10 @@ def _swing(
 
 
 class SupportMotion(NamedTuple):
-    """Motion of the support: it turns by ρ about an axis that is itself accelerated.
+    """Motion of the support: it turns by ρ about an accelerated axis.
 
-    Floats or arrays of one shape. Angles are right-handed from x (down) towards y (sideways). The
-    axis is where the axle's centre is at s = 0.
+    The axis is the place of the axle's centre at s = 0.
+    Floats or arrays of one shape. Angles are right-handed from x (down) towards y (sideways).
 
     Attributes:
         turn, turn_rate, turn_acceleration: ρ [rad], ρ̇ [rad/s], ρ̈ [rad/s2].
@@ -340,14 +337,14 @@ STILL = SupportMotion()
 
 @dataclass(frozen=True)
 class AxleContact:
-    """How the axle touches its support.
+    """The contact of the axle with its support.
 
     Attributes:
-        radius: b of the axle, or of a cradle's rockers [m], ≥ 0; without friction it only
-            matters through the curvature of the path.
-        rolls: whether the axle rolls without slipping; friction is then as large as rolling needs.
-        friction: force along the support over the contact force, signed, where it slides: it
-            pushes the body towards +s where it is positive.
+        radius: b of the axle, or of a cradle's rockers [m], ≥ 0. Without friction it matters only
+            through the curvature of the path.
+        rolls: whether the axle rolls without slipping, with the friction that this takes.
+        friction: force along the support over the contact force during sliding, positive if it
+            pushes the body towards +s.
     """
 
     radius: float = 0.0
@@ -380,8 +377,8 @@ def plane_period(body: AxlePendulum, amplitude: float) -> float:
     body.require_swing()
     if body.curvature != 0.0 or not 0.0 < amplitude < math.pi:
         raise UnsteadyAxleError(
-            f'curvature = {body.curvature!r}, amplitude = {amplitude!r}: the period at any size '
-            'is that on a plane, of swings below π rad. Give curvature 0 and an amplitude below π'
+            f'curvature = {body.curvature!r}, amplitude = {amplitude!r}: only a plane gives a '
+            'period at any size, of swings below π rad. Give curvature 0 and an amplitude below π'
         )
     c, k, top = body.depth, body.gyration_radius, math.sin(0.5 * amplitude)
 
@@ -397,8 +394,8 @@ def plane_period(body: AxlePendulum, amplitude: float) -> float:
 def rolling_length(body: AxlePendulum, radius: float) -> float:
     """Return the length of the simple pendulum of small swings of an axle that rolls [m].
 
-    (k² + (c − b)²)/(c + b²/e): with b = 0 that of the same body on a knife-edge. Negative
-    where it falls; infinite where it rests at any tilt.
+    (k² + (c − b)²)/(c + b²/e), which is a knife-edge for b = 0. It is negative if the body falls,
+    and infinite if it rests at any tilt.
     """
     inertia = body.gyration_radius**2 + (body.depth - radius) ** 2
     return _over(inertia, body.depth + body.curvature * radius * radius)
@@ -409,7 +406,7 @@ def rolling_period(body: AxlePendulum, radius: float, amplitude: float) -> float
 
     It turns about its contact: (k² + b² + c² − 2bc cos δ) φ̇² = 2(V(A) − V(φ)), δ = φ(1 + b/e),
     V = ge(1 − cos(bφ/e)) + gc(1 − cos φ). With φ = A sin u the integrand is smooth.
-    UnsteadyAxleError: an amplitude that is not within 0 < A < π, or from which it does not swing.
+    UnsteadyAxleError: an amplitude outside 0 < A < π, or one from which it does not swing.
     """
     b, c, k, bent = radius, body.depth, body.gyration_radius, body.curvature * radius
 
@@ -423,7 +420,7 @@ def rolling_period(body: AxlePendulum, radius: float, amplitude: float) -> float
     if not (0.0 < amplitude < math.pi and np.all(fallen(places) > 0.0)):
         raise UnsteadyAxleError(
             f'amplitude = {amplitude!r} rad: must be above 0 and less than π, and the body must '
-            'swing back from there; give a smaller one, or hang the centre of gravity deeper'
+            'swing back from it. Give a smaller one, or hang the centre of gravity deeper'
         )
 
     def integrand(u: FloatArray) -> FloatArray:
@@ -437,8 +434,7 @@ def rolling_period(body: AxlePendulum, radius: float, amplitude: float) -> float
 
 
 # -----------------------------------------------------------------------------
-# The body as the regulator of a clock, as numbers and as the section of a scene. `motion.axle` has
-# its law and computes its motion.
+# The body as the regulator of a clock, as numbers and as the section of a scene.
 
 
 @dataclass(frozen=True)
@@ -449,7 +445,7 @@ class AxleClock(InPlaceOfWheel):
         body: the body, the curvature of the path of its axle's centre, and gravity.
         radius: b of the axle, or of a cradle's rockers [m].
         contact: 'smooth', 'rolling' or 'coulomb'.
-        friction: μ, largest force along the support over the contact force; of 'coulomb'.
+        friction: μ of 'coulomb', largest force along the support over the contact force.
         mass: M [kg].
         arc, tilt: s [m] and φ [rad] of the start, in the ship.
         arc_rate, tilt_rate: their rates at the start [m/s, rad/s].
@@ -470,24 +466,24 @@ class AxleClock(InPlaceOfWheel):
     feels_gravity = True
 
     def require_swing(self) -> None:
-        """Refuse a body that falls from its support: UnsteadyAxleError says how, and a remedy."""
+        """Refuse a body that falls from its support: UnsteadyAxleError, with a remedy."""
         if self.contact == 'smooth':
             self.body.require_swing()
         elif not 0.0 < self.lengths[0] < math.inf:
             raise UnsteadyAxleError(
                 f'the length of its small swings is {self.lengths[0]:.6g} m: rolling, the body '
-                'falls from its support; to swing, c + b²/e must be positive. Hang the centre '
-                'of gravity deeper, or turn a convex support wider'
+                'falls from its support unless c + b²/e is positive. Hang the centre of gravity '
+                'deeper, or turn a convex support wider'
             )
 
     @property
     def touch(self) -> AxleContact:
-        """The contact as it rolls, or without friction."""
+        """The contact, rolling or without friction."""
         return AxleContact(self.radius, self.contact != 'smooth')
 
     @property
     def why_so(self) -> str:
-        """Why it is moved in steps."""
+        """Why it moves in steps."""
         return 'its exact equations, in steps of 16 stages that are iterated to rounding'
 
     @property
@@ -501,7 +497,7 @@ class AxleClock(InPlaceOfWheel):
     def lengths(self) -> tuple[float, ...]:
         """Lengths of the simple pendulums that keep time with small swings [m], the slow first.
 
-        A steady drift on a plane has none; an unstable mode has a negative one.
+        A steady drift on a plane is left out. An unstable mode has a negative length.
         """
         if self.contact != 'smooth':
             return (rolling_length(self.body, self.radius),)
@@ -510,18 +506,18 @@ class AxleClock(InPlaceOfWheel):
 
     @property
     def frequency(self) -> float:
-        """ω of small swings, of the slow mode where there are two [rad/s]; 0 if it falls."""
+        """ω of small swings, of the slow mode if there are two [rad/s], or 0 if it falls."""
         return math.sqrt(max(self.body.gravity / self.lengths[0], 0.0))
 
     @property
     def fastest(self) -> float:
-        """ω of the fast mode, or the rate at which an unstable one grows [rad/s]."""
+        """ω of the fast mode, or the growth rate of an unstable one [rad/s]."""
         return math.sqrt(self.body.gravity / min(map(abs, self.lengths)))
 
     def period(self, amplitude: float) -> float:
         """Return the period of a free swing on a support at rest [s].
 
-        UsageError: two modes, which together are not periodic; UnsteadyAxleError: an amplitude
+        UsageError: two modes, which together are not periodic. UnsteadyAxleError: an amplitude
         from which the body does not swing back.
         """
         if self.contact == 'smooth':
@@ -538,8 +534,7 @@ class AxleClock(InPlaceOfWheel):
     ) -> Isochronism:
         """Return period and rate of free swings at several amplitudes [rad], as of a wheel.
 
-        Friction that lets the axle slip is ignored. Errors as of `period`, and UsageError: no
-        amplitude, or one out of range.
+        Slipping is ignored. UsageError: no amplitude, or one out of range, and as `period`.
         """
         sizes = checked_amplitudes(
             amplitudes, math.nextafter(math.pi, 0.0), 'rad', 'in radians', 'less than a half turn'
@@ -553,8 +548,8 @@ class AxleClock(InPlaceOfWheel):
 class AxleRegulator(Section):
     """A body that swings on a cylindrical axle, without a trochlea (Euler 1780).
 
-    The axle lies in a hollow, on a plane or on a convex support; a cradle stands on rockers in its
-    place. The first dissertation leaves friction out, which the second was to treat.
+    The axle is in a hollow, on a plane or on a convex support. A cradle stands on rockers instead.
+    The first dissertation leaves friction to the second.
     """
 
     kind: Literal['axle'] = Field(description='axle')
@@ -565,38 +560,38 @@ class AxleRegulator(Section):
     support_radius: Positive | None = Field(
         default=None,
         description='radius of a concave or convex support, or of the hollow in '
-        'which a cradle stands [m]; a plane when left out',
+        'which a cradle stands [m], a plane when left out',
     )
     axle_radius: NonNegative = Field(
         default=0.0, description='radius of the axle, or of the rockers of a cradle [m]'
     )
     depth: Number = Field(
-        description="depth of the centre of gravity below the axle's centre, or that of the "
-        'rockers [m]; negative above it'
+        description='depth of the centre of gravity below the centre of the axle or rockers [m], '
+        'negative above it'
     )
     gyration_radius: Positive = Field(
         description='radius of gyration of the body about its centre of gravity [m]'
     )
-    mass: Positive = Field(default=1.0, description='mass of the body [kg]; only for its torque')
+    mass: Positive = Field(default=1.0, description='mass of the body [kg], only for its torque')
     contact: Literal['smooth', 'rolling', 'coulomb'] = Field(
         default='smooth',
-        description='smooth: no friction; rolling: the axle rolls without slipping; coulomb: it '
-        'rolls where friction suffices, and slides elsewhere',
+        description='smooth (no friction), rolling (without slipping) or coulomb (rolling if '
+        'friction suffices, otherwise sliding)',
     )
     friction: Positive | None = Field(
-        default=None, description='coefficient of friction; with contact coulomb'
+        default=None, description='coefficient of friction of contact coulomb'
     )
     release_tilt: Number = Field(
         default=0.0, description='tilt of the body in the ship at the start [rad]'
     )
     release_arc: Number | None = Field(
         default=None,
-        description="arc of a smooth axle's centre from its place at rest at the start [m]; when "
-        'left out that of the regular motion with this tilt, without the other mode',
+        description="arc of a smooth axle's centre from its place at rest at the start [m]. When "
+        'left out the release excites only the regular mode',
     )
     push_speed: Number | None = Field(
         default=None,
-        description='speed of the centre of gravity, athwart, at the start [m/s]; when left out '
+        description='speed of the centre of gravity, athwart, at the start [m/s]. When left out '
         "the axle's centre is not pushed",
     )
     push_spin: Number = Field(
@@ -606,13 +601,13 @@ class AxleRegulator(Section):
     def problems(
         self, sections: Mapping[str, object], ship: str, *, still: bool
     ) -> Iterator[Problem]:
-        """Yield its problems, and the sections that cannot stand beside it."""
+        """Yield its problems, and the sections that it excludes."""
         yield from beside_regulator(
             sections,
             {
                 'trochlea': 'a scene has one regulator',
-                'drag': 'nothing but its support acts on the body',
-                'escapement': 'nothing drives a body on an axle',
+                'drag': 'only its support acts on the body',
+                'escapement': 'a body on an axle has no escapement',
                 'suspension': 'its support is fixed to the ship',
             },
         )
@@ -664,7 +659,7 @@ class AxleRegulator(Section):
                 ),
                 'regulator.release_tilt',
                 self.release_tilt,
-                'leaves the body at rest for ever on a ship that lies still',
+                'leaves the body at rest for ever on a still ship',
                 'Release it at a tilt other than 0 rad, or give a push_spin.',
             ),
         )
@@ -675,7 +670,7 @@ class AxleRegulator(Section):
         return self.release_tilt
 
     def machine(self, name: str, gravity: float) -> AxleClock:
-        """Return the regulator of a named scene as numbers; SceneError: it falls."""
+        """Return the regulator of a named scene as numbers. SceneError: it falls."""
         try:
             clock = self.clock(gravity)
             clock.require_swing()
@@ -685,7 +680,7 @@ class AxleRegulator(Section):
                 'regulator.support',
                 self.support,
                 f'makes no clock: {error}',
-                'Change the body or its support; `tauto axle` shows how it falls.',
+                'Change the body or its support. `tauto axle` shows how it falls.',
             ) from None
         return clock
 
@@ -702,7 +697,7 @@ class AxleRegulator(Section):
         tilt, spin = self.release_tilt, self.push_spin
         arc, sliding = -self.axle_radius * tilt, -self.axle_radius * spin
         if self.contact == 'smooth':
-            # on a plane the centre of gravity keeps to its vertical, also above the axle (§38)
+            # on a plane the centre of gravity stays on its vertical, also above the axle (§38)
             on_plane = curvature == 0.0
             regular = -self.depth * tilt if on_plane else tilt / body.modes.tilt_per_arc[0]
             arc = regular if self.release_arc is None else self.release_arc

@@ -34,14 +34,13 @@ if TYPE_CHECKING:
 def isochronism(
     machine: Regulator, amplitudes: Iterable[float], nominal_period_s: float | None = None
 ) -> Isochronism:
-    """Return period and rate of free swings on land at several amplitudes.
+    """Return period and rate of free swings on land, without drag and escapement.
 
-    Drag and escapement are ignored. Amplitudes [rad] are > 0, within the machine's range and at
-    most 1e6. The nominal period, by which the dial advances in a full swing, is the
-    small-amplitude one when left out. UsageError: no amplitude, or one out of range, before
-    anything is computed; SlackThreadError: a swing in which the thread goes slack.
+    Amplitudes [rad] are > 0, within the machine's range and at most 1e6. The nominal period, by
+    which the dial advances in a full swing, defaults to the small-amplitude one. UsageError: no
+    amplitude, or one out of range. SlackThreadError: a swing in which the thread goes slack.
     """
-    # beyond 150,000 turns the rounding of an angle shows in the clock
+    # an angle of 150,000 turns is rounded enough to affect the clock
     edge = min(machine.range_rad, 1e6)
     sizes = checked_amplitudes(
         amplitudes, edge, 'rad', 'in radians', 'within the range of the machine'
@@ -84,7 +83,7 @@ class SceneParts(Protocol):
 
     @property
     def air(self) -> object | None:
-        """The air; None: the clock stays at the temperature for which its numbers hold."""
+        """The air. None: the clock stays at the temperature for which its parameters hold."""
 
     @property
     def lies_still(self) -> bool:
@@ -92,7 +91,7 @@ class SceneParts(Protocol):
 
 
 def compile_machine(scene: SceneParts) -> AnyMachine | InPlaceOfWheel:
-    """Return the regulator of a scene as numbers: its trochlea, or the `regulator` in its place.
+    """Return the regulator of a scene as numbers: its trochlea, or its `regulator`.
 
     SceneError: a machine that cannot be built, or a release beyond its range.
     """
@@ -104,10 +103,10 @@ def compile_machine(scene: SceneParts) -> AnyMachine | InPlaceOfWheel:
 def compile_trochlea(scene: SceneParts) -> AnyMachine:
     """Return the trochlea of a scene as numbers, with any kind of thread.
 
-    The release is checked here where it alone determines the angle of the cam: on a still ship,
-    and at sea if the thread's neutral line turns with the case. For a thread that follows the
-    apparent vertical it is checked when the motion is known. SceneError: a machine that cannot be
-    built, or a release beyond its range.
+    The release is checked here if it alone determines the angle of the cam: on a still ship, or
+    if the thread's neutral line turns with the case. If the thread follows the apparent vertical
+    at sea, it is checked with the ship's motion. SceneError: a machine that cannot be built, or a
+    release beyond its range.
     """
     trochlea = _trochlea(scene)
     with naming(scene.name, 'trochlea'):
@@ -125,7 +124,7 @@ def compile_trochlea(scene: SceneParts) -> AnyMachine:
             scene.name,
             'trochlea.release_angle',
             released,
-            f'beyond {machine.limited_by} ±{edge!r} rad',
+            f'is beyond {machine.limited_by} ±{edge!r} rad',
             f'Release the wheel nearer to rest{machine.wider_range(abs(released))}.',
         )
     return machine
@@ -134,9 +133,9 @@ def compile_trochlea(scene: SceneParts) -> AnyMachine:
 def free_swings(
     machine: AnyMachine | InPlaceOfWheel, amplitudes: Iterable[float], nominal_period_s: float
 ) -> Isochronism | DescentIsochronism:
-    """Return period and rate of free swings on land, of a trochlea [rad] or a body in a fluid [m].
+    """Return period and rate of free swings on land, at amplitudes in [rad], or [m] in a fluid.
 
-    UsageError as of `isochronism` and `descent_isochronism`.
+    UsageError: see `isochronism` and `descent_isochronism`.
     """
     if isinstance(machine, AxleClock):
         return machine.isochronism(list(amplitudes), nominal_period_s)
@@ -148,7 +147,7 @@ def free_swings(
 
 
 def compile_ideal(scene: SceneParts) -> Machine:
-    """Return the trochlea of a scene as if its thread were ideal, vertical or through a hole.
+    """Return the trochlea of a scene with an ideal thread, vertical or through a hole.
 
     The release is not checked. SceneError: a cam, thread or table that cannot be used.
     """
@@ -172,10 +171,9 @@ _ROUNDING = 4.0 * np.finfo(float).eps
 def swing_energy(
     machine: AnyMachine | InPlaceOfWheel, angle: FloatArray, rate: FloatArray
 ) -> FloatArray:
-    """Return the energy V(θ) + ½ M θ̇² of a swing as on land [J], (n,), of (n,) angles and rates.
+    """Return the energy V(θ) + ½ M θ̇² of a swing on land [J], (n,), from angles and rates, (n,).
 
-    For a thread that swings it is the energy of small swings. An angle beyond the range counts as
-    its end.
+    A hanging thread has its energy of small swings. Angles are clipped to the range.
     """
     if isinstance(machine, InPlaceOfWheel):
         return machine.swing_energy(angle, rate)
@@ -190,10 +188,10 @@ def swing_energy(
 
 
 def recoil_energy(machine: AnyMachine, angle: FloatArray, rate: FloatArray) -> FloatArray:
-    """Return R s θ [J], (n,), the part of the conserved energy by recoil (escapement.md).
+    """Return R s θ [J], (n,), the recoil's part of the conserved energy (escapement.md).
 
-    s, the sign of the last impulse, is that of a swing that reaches both impulses: sgn θ̇ beyond
-    the angle of the impulse, −sgn θ̇ before it.
+    The sign s of the last impulse assumes that the swing reaches both impulses: sgn θ̇ beyond the
+    angle of the impulse, −sgn θ̇ before it.
     """
     escapement = machine.escapement
     if escapement is None or escapement.recoil == 0.0:
@@ -206,8 +204,8 @@ def recoil_energy(machine: AnyMachine, angle: FloatArray, rate: FloatArray) -> F
 def amplitude_of(machine: AnyMachine, energy: float) -> float:
     """Return the amplitude A on land [rad] of a swing of the energy V(A) + R A [J].
 
-    That is the sum of `swing_energy` and `recoil_energy`; a negative one counts as 0. For the
-    lever A is the turning point on the positive side. It is at most the end of the range.
+    The energy is `swing_energy` plus `recoil_energy`, at least 0. A is at most the end of the
+    range. For a lever it is the turning point on the positive side.
     """
     energy = max(energy, 0.0)
     if isinstance(machine, HangingMachine):
@@ -228,9 +226,9 @@ def amplitude_of(machine: AnyMachine, energy: float) -> float:
 def nearest_period(machine: AnyMachine, amplitude: float) -> float:
     """Return the period on land of free swings of an amplitude [s], or of a smaller one.
 
-    Where no such swing exists, as with an amplitude that only the sea makes possible, it is that
-    of half the amplitude, and so on. Half the amplitude has at least half the period: a period
-    grows at most in proportion to the amplitude, where the weight alone has inertia.
+    Some amplitudes exist only at sea. The amplitude is then halved until a swing exists. Half the
+    amplitude has at least half the period, since a period grows at most in proportion to the
+    amplitude, when only the weight has inertia.
     """
     while amplitude > 0.0:
         try:

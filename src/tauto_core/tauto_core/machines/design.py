@@ -1,11 +1,11 @@
 """Euler's rules for designing a regulator, in both directions (1727, XIX–XXI, XXIX).
 
-A regulator with a linear lever arm b·ϑ swings like a simple pendulum of length L = I g/(P b), so
+A regulator with a linear lever arm b·ϑ swings like a simple pendulum of length L = I g/(P b), or
 I ω² = P b: three of period, moment of inertia, pull and lever rate determine the fourth. A uniform
-disc of the weight Q and the radius a has I = Q a²/(2g) (XXI); where it is the base circle, Q b =
-2 P L (XIX, XX).
+disc of the weight Q and the radius a has I = Q a²/(2g) (XXI). As base circle it has Q b = 2 P L
+(XIX, XX).
 
-The historical units are rounded; `scene/units.py` has their sources.
+The historical units are rounded, with sources in `scene/units.py`.
 """
 
 from __future__ import annotations
@@ -20,32 +20,31 @@ from tauto_core.scene.refuse import LARGEST_SIZE, LEAST_SIZE
 from tauto_core.scene.units import fitting, in_unit, measure, unit_of
 
 _OLD = {'line': 'paris_line', 'pound': 'paris_pound'}
-"""Units by the names that Sully and Euler give them."""
+"""Units as Sully and Euler name them."""
 
 
 def _check_size(value: float, named: str | Argument) -> None:
     """Refuse a quantity outside the limits of a design, in any unit."""
     if not LEAST_SIZE <= value <= LARGEST_SIZE:
         raise UsageError(
-            named, f': must be > 0, from {LEAST_SIZE:g} to {LARGEST_SIZE:g}. Give another'
+            named, f': must be > 0, from {LEAST_SIZE:g} to {LARGEST_SIZE:g}. Check its unit'
         )
 
 
 @dataclass(frozen=True)
 class WheelDesign:
-    """A wheel and its cam, with the disc that the wheel is made of if it is one.
+    """A wheel and its cam, with the wheel's disc if it is one.
 
     Attributes:
         period_s: period of a full swing [s].
         pendulum_m: length of the simple pendulum that swings with it [m].
         inertia_kg_m2: moment of inertia of the wheel [kg m2].
-        disc_weight_n: weight of the disc [N]; None where the wheel is not said to be a disc.
-        disc_radius_m: radius of the disc [m]; likewise.
+        disc_weight_n: weight of the disc [N], None if the wheel is not a disc.
+        disc_radius_m: radius of the disc [m], or None.
         pull_n: pull in the thread [N], without inertia.
         base_radius_m: base radius of the involute, a hole's rate [m].
         gravity_m_s2: acceleration of gravity [m/s2].
-        too_small: the holes of its plate that no tool makes, and the cure; see
-            `curves.drawing.too_small`.
+        too_small: warning about holes of its plate (`curves.drawing.too_small`).
     """
 
     period_s: float
@@ -60,7 +59,7 @@ class WheelDesign:
 
 
 def units(length_unit: str, weight_unit: str, gravity: float) -> tuple[float, float]:
-    """Return the units of a design in metres and newtons; UsageError for one that is not known."""
+    """Return the units of a design in metres and newtons. UsageError: an unknown unit."""
 
     def size(argument: str, word: str, *bases: str) -> tuple[float, str]:
         for unit in bases:
@@ -86,22 +85,21 @@ def wheel_design(
     gravity: float,
     tool_mm: float,
 ) -> WheelDesign:
-    """Return the design of which three sizes are given; see `tauto.design`.
+    """Return the design with three given sizes (`tauto.design`).
 
-    A text has a unit, as `5 mm`; that of a weight may be one of mass.
+    A text has a unit, as `5 mm`. A weight may have a unit of mass.
 
     Args:
-        sizes: period, pendulum, inertia, disc_weight, disc_radius, pull and base_radius; None:
-            not given.
-        disc_is_base: the radius of the disc is the base radius (XX).
+        sizes: period, pendulum, inertia, disc_weight, disc_radius, pull and base_radius, or None.
+        disc_is_base: whether the radius of the disc is the base radius (XX).
         length_unit: unit of lengths.
         weight_unit: unit of weights and the pull, of force or of mass.
         gravity: acceleration of gravity [m/s2].
         tool_mm: diameter of the smallest tool [mm].
 
     Raises:
-        UsageError: not exactly one is left out, one is given twice, a number is not between 1e-30
-            and 1e30, or a unit is not known.
+        UsageError: not exactly one size is missing, one is given twice, a number is not between
+            1e-30 and 1e30, or an unknown unit.
     """
     _check_size(gravity, Argument('gravity', repr(gravity), spaced=True))
     metres, newtons = units(length_unit, weight_unit, gravity)
@@ -171,7 +169,7 @@ def wheel_design(
         if not four:
             raise UsageError(
                 'a design has four numbers, period, inertia, pull and base radius, of which three '
-                f'give the fourth; left out: {", ".join(missing) or "none"}. '
+                f'give the fourth. Left out: {", ".join(missing) or "none"}. '
                 'Leave out exactly one, as in ',
                 Argument('period', 1),
                 ' ',
@@ -181,7 +179,7 @@ def wheel_design(
             )
         moment, square, force, base = four
     if weight is not None:
-        # a radius that was given or found before stays as it is, to the last bit
+        # keep a given or computed radius to the last bit
         radius = radius or math.sqrt(2.0 * gravity * moment / weight)
     elif radius is not None:
         weight = 2.0 * gravity * moment / (radius * radius)
@@ -199,7 +197,7 @@ def wheel_design(
 
 
 def _four(*terms: float | None) -> list[float]:
-    """Return all four of a b = c d, of which one is left out; empty unless it is just one."""
+    """Return all four of a b = c d if exactly one is None, else an empty list."""
     if terms.count(None) != 1:
         return []
     at = terms.index(None)
@@ -210,7 +208,7 @@ def _four(*terms: float | None) -> list[float]:
 def _number(
     name: str, value: float | str, unit: str, size: float, gravity: float
 ) -> tuple[float, float]:
-    """Return a number and its unit in SI units: `size`, where the value has no unit in words."""
+    """Return a number and its unit in SI units, which is `size` for a value without a unit."""
     try:
         return float(value), size
     except ValueError:

@@ -1,11 +1,9 @@
-"""A body that swings to and fro on a curve in a fluid (Euler 1729), as a regulator.
-
-Motion along Euler's curve in closed form, half swings on any curve by quadrature, the half swing
-on his curve in the other direction, and the regulator.
+"""A body that swings to and fro on a curve in a fluid, as a regulator.
 
 Euler, *Curva tautochrona in fluido* (1729). On his curve every half swing down the branch of
-descent takes π√(f/g), and one in the other direction takes longer. On a symmetric curve both take
-the same time. Where the branches differ, or a constant friction acts, see `half_swings`.
+descent takes π√(f/g), and the reverse half swing takes longer. Both have closed forms. On a
+symmetric curve both take the same time, by quadrature. `half_swings` has curves with different
+branches, constant friction and linear resistance.
 """
 
 from __future__ import annotations
@@ -49,9 +47,9 @@ from tauto_core.scene.errors import DescentError
 # Motion along Euler's tautochrone, in closed form (Euler 1729, 13–15, 21, 31–35).
 #
 # On the way towards −s, z = (1 − e^{−κs})/κ obeys z̈ = −(g/f) z: it is the harmonic coordinate. As
-# in Euler's paper, a speed V is given by its height of fall v = V²/2g, and b is v at A. Constant
-# friction that the curve allows for does not change the motion, but then A is not the lowest
-# point. `gravity` is g [m/s2] in vacuum.
+# in Euler's paper, the height of fall v = V²/2g stands for a speed V, and b is v at A. A curve
+# made for constant friction keeps the motion, but A is not its lowest point. `gravity` is g [m/s2]
+# in vacuum.
 
 
 class Arcs(NamedTuple):
@@ -60,7 +58,7 @@ class Arcs(NamedTuple):
     descent: float
     ascent: float
     loss: float
-    """Arc of descent less that of ascent; also the arc before A at which the speed is greatest."""
+    """descent − ascent, and also the arc before A with the greatest speed."""
 
 
 def harmonic_of_arc(kappa: float, arc: ArrayLike) -> FloatArray:
@@ -76,7 +74,7 @@ def arc_of_harmonic(kappa: float, z: ArrayLike) -> FloatArray:
 
 
 def composed_length(descent: float, ascent: float) -> float:
-    """Return L = ((√f + √h)/2)² [m]: descent on a curve of f, ascent on one of h (§21)."""
+    """Return L = ((√f + √h)/2)² [m], descent on a curve of f and ascent on one of h (§21)."""
     return (0.5 * (math.sqrt(descent) + math.sqrt(ascent))) ** 2
 
 
@@ -85,8 +83,7 @@ def euler_half_swing(
 ) -> tuple[FloatArray, FloatArray]:
     """Return arc [m] and ds/dt [m/s] at times since the release at rest, 0 to π√(f/g) [s].
 
-    Arcs of release > 0 and times have one shape. DescentError: a start that is not on the branch
-    of descent.
+    Arcs of release > 0 and times have one shape. DescentError: a start off the branch of descent.
     """
     top = harmonic_of_arc(curve.kappa, _all_on_descent(curve, start))
     omega = math.sqrt(gravity / curve.pendulum_length)
@@ -107,7 +104,7 @@ def velocity_height(curve: FluidTautochrone, arc: ArrayLike, at_lowest: float) -
 def height_at_lowest(curve: FluidTautochrone, start: float) -> float:
     """Return b = z²/2f [m] of a descent from rest at an arc.
 
-    DescentError: a start that is not on the branch of descent.
+    DescentError: a start off the branch of descent.
     """
     z = float(harmonic_of_arc(curve.kappa, _all_on_descent(curve, start)))
     return z * z / (2.0 * curve.pendulum_length)
@@ -116,9 +113,8 @@ def height_at_lowest(curve: FluidTautochrone, start: float) -> float:
 def arcs(curve: FluidTautochrone, at_lowest: float) -> Arcs:
     """Return the arcs of descent and ascent and their difference (§33–34), 0 < b < 1/(2κ²f).
 
-    S_d = −ln(1 − κ√(2bf))/κ, S_a = ln(1 + κ√(2bf))/κ. Exactly, S_d − S_a = −ln(1 − 2κ²bf)/κ, which
-    is also the arc before A at which the body is fastest. DescentError: a b [m] that no descent on
-    the curve reaches.
+    S_d = −ln(1 − κ√(2bf))/κ, S_a = ln(1 + κ√(2bf))/κ, S_d − S_a = −ln(1 − 2κ²bf)/κ. DescentError:
+    no descent on the curve reaches b [m].
     """
     top = _top(curve, at_lowest)
     kappa = curve.kappa
@@ -131,21 +127,21 @@ def arcs(curve: FluidTautochrone, at_lowest: float) -> Arcs:
         limit = height_at_lowest(curve, curve.descent_cusp)
         raise DescentError(
             f'at_lowest = {at_lowest!r} m: needs a descent of {swing.descent!r} m, beyond the '
-            f'cusp at {curve.descent_cusp!r} m; give at most {limit!r} m, or take a longer '
+            f'cusp at {curve.descent_cusp!r} m. Give at most {limit!r} m, or take a longer '
             'pendulum'
         )
     return swing
 
 
 def _top(curve: FluidTautochrone, at_lowest: float) -> float:
-    """Return √(2bf), the z from which a descent reaches b; refuse a b that none reaches."""
+    """Return √(2bf), the z from which a descent reaches b. DescentError: no descent does."""
     kappa, length = curve.kappa, curve.pendulum_length
     top = math.sqrt(2.0 * max(at_lowest, 0.0) * length)
     if not (0.0 <= at_lowest < math.inf and kappa * top < 1.0):
         limit = 1.0 / (2.0 * kappa * kappa * length) if kappa else math.inf
         raise DescentError(
             f'at_lowest = {at_lowest!r} m: must be at least 0 and less than {limit!r} m, the '
-            'speed that the resistance leaves a descent without end; give a smaller one'
+            'limit of an endless descent against the resistance'
         )
     return top
 
@@ -154,9 +150,8 @@ def _all_on_descent(curve: FluidTautochrone, start: ArrayLike) -> FloatArray:
     release = within(curve, start)
     if not np.all(release > 0.0):
         raise DescentError(
-            f'start = {float(np.min(release))!r} m: a half swing forward starts above 0 m, '
-            f'at most at the cusp, {curve.descent_cusp!r} m; give another, or ask for the half '
-            'swing backward'
+            f'start = {float(np.min(release))!r} m: a half swing forward starts above 0 m and at '
+            f'most at the cusp, {curve.descent_cusp!r} m. Swing backward from other arcs'
         )
     return release
 
@@ -164,19 +159,19 @@ def _all_on_descent(curve: FluidTautochrone, start: ArrayLike) -> FloatArray:
 # -----------------------------------------------------------------------------
 # A half swing on any curve in a fluid, by quadrature.
 #
-# From rest at S > 0 towards −s, s̈ = −γg p(s) + κṡ² with the slope p = dx/ds, so that
+# From rest at S > 0 towards −s, s̈ = −γg p(s) + κṡ² with the slope p = dx/ds gives
 #
-#     ½ṡ² = γg ∫ e^{2κ(s − σ)} p(σ) dσ from s to S,
+#     ½ṡ² = γg ∫ e^{2κ(s − σ)} p(σ) dσ from s to S.
 #
-# and the body comes to rest where the integral is 0 again, at −S₁. With s from S to −S₁ as a
-# cosine of θ, the time is the integral of a smooth, even, periodic function of θ, whose cosine
-# series the midpoint rule gives to rounding. The integral is taken from the nearer end of the
-# swing, on the side of A where p has one sign, so that nothing cancels.
+# The body comes to rest at the next zero of the integral, −S₁. With s from S to −S₁ as a cosine of
+# θ, the time is the integral of a smooth, even, periodic function of θ. The midpoint rule gives
+# its cosine series to rounding. The integral is taken from the nearer end of the swing, on the
+# side of A, over a p of one sign, without cancellation.
 
 LARGEST_SERIES = 1024
 LARGEST_REDUCED_ARC = 64.0
-"""Largest κS; beyond, the body descends at its terminal speed except in the last few 1/κ."""
-# Size of the last terms over the first at which a series is complete; t has them divided by k.
+"""Largest κS, beyond which the body falls at terminal speed except in the last few 1/κ."""
+# Size of the last terms over the first at which a series is complete. t has them divided by k.
 _TAIL = 2.0**-48
 _STEPS = 64
 _ROUNDING = 2.0**-51
@@ -204,9 +199,9 @@ class Grid(NamedTuple):
 
 
 def descent_time(curve: DescentCurve, gravity: float, start: float) -> float:
-    """Return the time from rest at an arc [m] to A [s]; the slope must be positive between them.
+    """Return the time from rest at an arc [m] to A [s], over a positive slope.
 
-    DescentError: a start that is not on the branch of descent.
+    DescentError: a start off the branch of descent.
     """
     panels = _panels(curve.kappa * _on_descent(curve, start))
 
@@ -221,10 +216,9 @@ def descent_time(curve: DescentCurve, gravity: float, start: float) -> float:
 def half_swing(curve: DescentCurve, gravity: float, start: float) -> HalfSwing:
     """Return the duration and end of the half swing from rest down the branch of descent.
 
-    The arc of the release [m] is > 0 and at most at the cusp, and A is the lowest point. For the
-    other direction pass `Mirrored(curve)`. DescentError: a start that is not on the branch of
-    descent, or an ascent beyond the cusp; QuadratureError: resistance so strong that the series
-    does not converge.
+    The arc of the release [m] is > 0 and at most at the cusp, and A is the lowest point.
+    `Mirrored(curve)` gives the other direction. DescentError: a start off the branch of descent,
+    or an ascent beyond the cusp. QuadratureError: a resistance too strong for the series.
     """
     end = far_end(curve, start)
     grid = grid_for(curve, start, end)
@@ -233,10 +227,10 @@ def half_swing(curve: DescentCurve, gravity: float, start: float) -> HalfSwing:
 
 
 def far_end(curve: DescentCurve, start: float) -> float:
-    """Return S₁ > 0, the arc of ascent from rest at S > 0 [m]; DescentError beyond either cusp.
+    """Return S₁ > 0, the arc of ascent from rest at S > 0 [m]. DescentError: beyond either cusp.
 
-    Newton's method converges: the energy that the ascent takes, ∫ e^{2κσ} p dσ, is convex, and S₁
-    is at most the arc that the body would reach without resistance.
+    Newton's method converges: the energy of the ascent, ∫ e^{2κσ} p dσ, is convex, and it starts
+    at or beyond S₁, the arc without resistance.
     """
     _on_descent(curve, start)
     mirror, kappa, zero = Mirrored(curve), curve.kappa, np.zeros(1)
@@ -252,7 +246,7 @@ def far_end(curve: DescentCurve, start: float) -> float:
         if end == edge and short > _ROUNDING * fall:
             raise DescentError(
                 f'start = {start!r} m: the body would come beyond the cusp of ascent at '
-                f'{edge!r} m; start nearer to A, or take a longer pendulum'
+                f'{edge!r} m. Start nearer to A, or take a longer pendulum'
             )
         change = short / (math.exp(2.0 * kappa * end) * float(mirror.slope(end)))
         end += change
@@ -277,14 +271,14 @@ def grid_for(curve: DescentCurve, start: float, end: float) -> Grid:
     raise QuadratureError(
         f'a half swing from {start!r} m with kappa = {curve.kappa!r} 1/m: the fluid resists too '
         f'strongly, since at most {LARGEST_SERIES} terms and {LARGEST_REDUCED_ARC:g}/kappa are '
-        'allowed; use a smaller amplitude, a larger or denser body, or a lighter fluid'
+        'allowed. Use a smaller amplitude, a larger or denser body, or a lighter fluid'
     )
 
 
 def cosines(curve: DescentCurve, start: FloatArray, end: FloatArray, grid: Grid) -> FloatArray:
     """Return the cosine coefficients of √g dt/dθ of n half swings, shape (n, grid.nodes)."""
     rates = _rates(curve, start, end, grid)
-    # k θ_j reduced in integers, so that high terms are rounded no more than low ones
+    # k θ_j reduced in integers, to round high terms no more than low ones
     turns = np.outer(np.arange(grid.nodes), 2 * np.arange(grid.nodes) + 1) % (4 * grid.nodes)
     waves = np.cos(turns * (0.5 * math.pi / grid.nodes))
     weight = np.full(grid.nodes, 2.0 / grid.nodes)
@@ -298,8 +292,8 @@ def place(
 ) -> tuple[FloatArray, FloatArray]:  # fmt: skip
     """Return arc [m] and ds/dt [m/s] at times since the release [s], (n,) each.
 
-    `start` and `end` are S and S₁ of n half swings [m]. The bits of each do not depend on the
-    others.
+    `start` and `end` are S and S₁ of n half swings [m]. The bits of a half swing do not depend on
+    the other ones.
     """
     series, order = cosines(curve, start, end, grid), np.arange(1, grid.nodes)
     goal = np.minimum(time * math.sqrt(gravity) / series[:, 0], math.pi)
@@ -341,8 +335,8 @@ def _mean(
 ) -> FloatArray:
     """Return the mean of e^{±2κ(σ − begin)} p(σ) over σ from begin to end, of any shape.
 
-    `end` is an end of the swing, `begin` the body, on the same side of A [m]; the sign is −1 where
-    the body comes from `end`, 1 where it goes there.
+    `end` is an end of the swing, `begin` the body, on the same side of A [m]. The sign is −1 if
+    the body comes from `end`, 1 if it goes there.
     """
     shares, weights = repeated_rule(panels)
     length = (end - begin)[..., None] * shares
@@ -359,7 +353,7 @@ def _panels(reduced: float) -> int:
     if not reduced <= _LONGEST_REDUCED:
         raise DescentError(
             f'an arc of {reduced:.6g}/kappa: the fluid resists too strongly, at most '
-            f'{_LONGEST_REDUCED:g}/kappa is allowed; use a smaller amplitude, a larger or denser '
+            f'{_LONGEST_REDUCED:g}/kappa is allowed. Use a smaller amplitude, a larger or denser '
             'body, or a lighter fluid'
         )
     return 1 + int(reduced / 4.0)
@@ -368,8 +362,8 @@ def _panels(reduced: float) -> int:
 def _on_descent(curve: DescentCurve, start: float) -> float:
     if not 0.0 < start <= curve.descent_cusp:
         raise DescentError(
-            f'start = {start!r} m: must be > 0 and at most at the cusp, {curve.descent_cusp!r} m; '
-            'give another, or take a longer pendulum'
+            f'start = {start!r} m: must be > 0 and at most at the cusp, {curve.descent_cusp!r} m. '
+            'Start nearer to A, or take a longer pendulum'
         )
     return start
 
@@ -377,20 +371,20 @@ def _on_descent(curve: DescentCurve, start: float) -> float:
 # -----------------------------------------------------------------------------
 # Euler's open remark (1729, end of 22): the half swing in the other direction on his curve.
 #
-# It is not isochronous. Down the branch of ascent and up that of descent, w = (e^{κs} − 1)/κ
-# obeys ẅ = −(g/f)(w + κw²). For a start at the arc s₁ on the branch of ascent, q = 1 − e^{−κs₁},
+# It is not isochronous. Down the branch of ascent and up the branch of descent, w = (e^{κs} − 1)/κ
+# obeys ẅ = −(g/f)(w + κw²). From a start at the arc s₁ on the branch of ascent, q = 1 − e^{−κs₁},
 # W = κw runs from −q to the root W₂ of
 #
 #     (W + q)(W − W₂)(W − W₃) = 0,     W₂, W₃ = ½[−(3/2 − q) ± √((3/2 − q)(3/2 + 3q))],
 #
 # as a Jacobian elliptic function of the parameter m = (W₂ + q)/(W₂ − W₃). All forms are free of
-# cancellation, from κ = 0, the harmonic swing, to starts at which e^{−κs₁} is almost 0. The
-# elliptic functions are computed by the arithmetic–geometric mean from m₁ = 1 − m, which m itself
-# does not resolve near 1 (Abramowitz & Stegun 16.4, 17.6).
+# cancellation, from κ = 0, the harmonic swing, to e^{−κs₁} near 0. The arithmetic–geometric mean
+# computes the elliptic functions from m₁ = 1 − m, which m does not resolve near 1 (Abramowitz &
+# Stegun 16.4, 17.6).
 
 SERIES = (0.0, 0.0, 5 / 12, -5 / 18, 385 / 576, -385 / 432)
 """Coefficients of the duration over π√(f/g) in powers of q, without the leading 1."""
-# Number of arithmetic–geometric means; they agree to rounding down to m₁ = 1e-300.
+# Number of arithmetic–geometric means, which agree to rounding down to m₁ = 1e-300.
 _MEANS = 12
 # Below it the next term, 1.67 q⁶, is negligible.
 _SMALL_Q = 1e-3
@@ -418,7 +412,7 @@ def _course(kappa: float, start: ArrayLike) -> _Course:
     if not np.all((s > 0.0) & np.isfinite(s)):
         raise DescentError(
             f'start = {float(np.min(s))!r} m: a half swing backward starts on the branch of '
-            'ascent, at an arc from A above 0 m; give another'
+            'ascent, at an arc above 0 m from A. Swing forward from other arcs'
         )
     fall, decay = s * exponential_mean(-kappa * s), np.exp(-kappa * s)
     q, upper = kappa * fall, 0.5 + decay
@@ -440,7 +434,7 @@ def duration_excess(kappa: float, start: ArrayLike) -> FloatArray:
 
 
 def end_arc(kappa: float, start: ArrayLike) -> FloatArray:
-    """Return the arc that the body reaches on the branch of descent [m]; less than ln(3/2)/κ."""
+    """Return the arc that the body reaches on the branch of descent [m], less than ln(3/2)/κ."""
     rise = _course(kappa, start).rise
     return rise * logarithmic_mean(kappa * rise)
 
@@ -448,10 +442,10 @@ def end_arc(kappa: float, start: ArrayLike) -> FloatArray:
 def reverse_half_swing(
     kappa: float, frequency: float, start: ArrayLike, time: ArrayLike
 ) -> tuple[FloatArray, FloatArray]:
-    """Return arc [m] and ds/dt [m/s] at times since the release at rest at −start, any one shape.
+    """Return arc [m] and ds/dt [m/s] at times since rest at −start, of one shape.
 
     `frequency` is √(g/f) [rad/s]. Rounding errors of the arc are amplified by e^{κs₁/2}, which
-    matters for starts beyond 15/κ, where the body begins close to unstable equilibrium.
+    matters beyond 15/κ, close to unstable equilibrium.
     """
     course = _course(kappa, start)
     span, m1 = course.rise + course.fall, course.complement
@@ -461,7 +455,7 @@ def reverse_half_swing(
     phi = jacobi_amplitude(turned, m1)
     sine, cosine = np.sin(phi), np.cos(phi)
     delta = np.sqrt(m1 + (1.0 - m1) * cosine * cosine)
-    # counted from the start, where 1 + κw may be small: w + q/κ = (w₂ + q/κ) m₁ sd²
+    # counted from the start, at which 1 + κw may be small: w + q/κ = (w₂ + q/κ) m₁ sd²
     ratio = sine / delta
     gained = span * m1 * (ratio * ratio)
     rate = 2.0 * span * pace * m1 * sine * cosine / (delta * delta * delta)
@@ -481,7 +475,7 @@ def quarter_period(complement: FloatArray) -> FloatArray:
 
 
 def jacobi_amplitude(argument: FloatArray, complement: FloatArray) -> FloatArray:
-    """Return φ = am(u | m), so that sn = sin φ, cn = cos φ, dn² = m₁ + m cos²φ.
+    """Return φ = am(u | m): sn = sin φ, cn = cos φ, dn² = m₁ + m cos²φ.
 
     For 0 ≤ u ≤ K and m₁ = 1 − m, 0 < m₁ ≤ 1, of one shape.
     """
@@ -502,10 +496,10 @@ Curve: TypeAlias = FluidTautochrone | Cycloid | SymmetricCurve | JoinedCurve
 
 @dataclass(frozen=True, eq=False)
 class DescentIsochronism(AmplitudeTable):
-    """Descent, period and rate of a body in a fluid at n amplitudes; `str` gives a table.
+    """Descent, period and rate of a body in a fluid at n amplitudes, a table as `str`.
 
-    The amplitude is the arc of the release on the branch of descent; from there `descent_s` goes
-    to the lowest point, `half_swing_s` to the other side, `period_s` there and back.
+    The amplitude is the arc of the release on the branch of descent. `descent_s` lasts to the
+    lowest point, `half_swing_s` to the other side, `period_s` there and back.
     """
 
     amplitude_m: FloatArray
@@ -521,7 +515,7 @@ class FluidPendulum(InPlaceOfWheel):
 
     Attributes:
         curve: the curve, with κ and γ of the body in the fluid, and the pendulum length f.
-        weight: weight of the body less that of the fluid displaced, in vacuum's gravity [N].
+        weight: weight of body less displaced fluid, in vacuum's gravity [N].
         gravity: g [m/s2].
         release_arc: arc of the release at rest [m], < 0 on the branch of ascent.
         friction: μ, constant friction over the weight in the fluid.
@@ -557,7 +551,7 @@ class FluidPendulum(InPlaceOfWheel):
 
     @property
     def why_so(self) -> str:
-        """Why it is moved half swing by half swing."""
+        """Why it moves half swing by half swing."""
         how = 'in closed form' if self.is_euler else 'by quadrature'
         how = 'by collocation' if self.viscous else how
         return (
@@ -582,7 +576,7 @@ class FluidPendulum(InPlaceOfWheel):
         return even and not (self.friction or self.viscous)
 
     def both_ways(self, start: float) -> BothWays:
-        """Return the half swings from a start on; DescentError: the body would leave the curve."""
+        """Return the half swings from a start on. DescentError: the body would leave the curve."""
         return BothWays(self.curve, self.gravity, self.friction, start, self.viscous)
 
     def branch(self, start: float) -> DescentCurve:
@@ -592,7 +586,7 @@ class FluidPendulum(InPlaceOfWheel):
     def swing(self, start: float) -> tuple[float, float]:
         """Return duration over π/ω, less 1, and end [m] of the half swing from rest at an arc [m].
 
-        DescentError: a start beyond the cusp; QuadratureError: resistance too strong for the
+        DescentError: a start beyond the cusp. QuadratureError: a resistance too strong for the
         series.
         """
         kappa = self.curve.kappa
@@ -609,8 +603,8 @@ class FluidPendulum(InPlaceOfWheel):
     def period(self, amplitude: float) -> float:
         """Return the duration of a swing from rest to the other side and back [s].
 
-        The sign of the amplitude [m] is its branch; 0 gives `small_period`.
-        DescentError: one beyond the cusp, or so small that friction holds the body.
+        The sign of the amplitude [m] is its branch. 0 gives `small_period`. DescentError: an
+        amplitude beyond the cusp, or so small that friction holds the body.
         """
         if amplitude == 0.0:
             return self.small_period
@@ -619,8 +613,8 @@ class FluidPendulum(InPlaceOfWheel):
         if math.isinf(out_excess + in_excess):
             raise DescentError(
                 f'amplitude {amplitude!r} m: friction of {self.friction!r} of the weight holds '
-                f'the body at {amplitude if math.isinf(out_excess) else end!r} m, so that it does '
-                'not come back; give a larger amplitude, or less friction'
+                f'the body at {amplitude if math.isinf(out_excess) else end!r} m before it comes '
+                'back. Give a larger amplitude, or less friction'
             )
         return math.tau / self.frequency * (1.0 + 0.5 * (out_excess + in_excess))
 
@@ -629,7 +623,7 @@ class FluidPendulum(InPlaceOfWheel):
         return math.pi / self.frequency * (1.0 + self.swing(amplitude)[0])
 
     def descent(self, amplitude: float) -> float:
-        """Return the time from rest on the branch of descent to where nothing pulls it along [s].
+        """Return the time from rest on the branch of descent to the zero of the force [s].
 
         Without friction that is A. The amplitude [m] is > 0.
         """
@@ -643,9 +637,9 @@ def descent_isochronism(
 ) -> DescentIsochronism:
     """Return descent time, period and rate at several arcs on the branch of descent [m].
 
-    The descent is integrated, even where it is constant on Euler's curve. The nominal period, by
-    which the dial advances in a full swing, is the small-amplitude one when left out. UsageError:
-    no amplitude, or one out of range, before anything is computed.
+    The descent is integrated, even on Euler's curve. The nominal period, by which the dial
+    advances in a full swing, defaults to the small-amplitude one. UsageError: no amplitude, or one
+    out of range.
     """
     edge = machine.curve.descent_cusp
     sizes = checked_amplitudes(

@@ -1,7 +1,7 @@
-"""Half swings over branches that differ, with constant friction or with linear resistance.
+"""Half swings over different branches, with constant friction or with linear resistance.
 
-Without linear resistance each is given by two integrals, with it by collocation. On Euler's curve
-and on symmetric ones `fluid_pendulum` has shorter ways.
+Two integrals give each half swing, or collocation if there is linear resistance. `fluid_pendulum`
+has simpler formulas for Euler's curve and for symmetric ones.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from tauto_core.curves.numerics import chebyshev_nodes, root_of
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import DescentError
 
-# Numbers held at once to compute places within half swings.
+# Numbers held in memory at once.
 _PLACES_AT_ONCE = 2**19
 
 
@@ -27,7 +27,7 @@ class Course(NamedTuple):
     """A half swing."""
 
     duration: float
-    """Time from rest to rest [s]; inf where friction holds the body."""
+    """Time from rest to rest [s], inf if friction holds the body."""
     end: float
     """Signed arc where it ends [m]."""
 
@@ -48,8 +48,8 @@ class OneWay:
     def __init__(self, curve: DescentCurve, friction: float, falls_to: int, start: float) -> None:
         self._way, self.zero = falls_to, zero_of_force(curve, -falls_to * friction)
         zero, kappa, gamma = self.zero, curve.kappa, curve.gamma
-        # friction as the slope at the rounded zero has it, so that the force there is 0 exactly;
-        # a rest of one rounding has a root for r, of which no series converges
+        # friction is rounded to the slope at `zero`, to make the force there exactly 0: a rest of
+        # one rounding gives a square root in r, for which no series converges
         bias = -falls_to * float(curve.slope(zero))
 
         def fall(arc: FloatArray) -> FloatArray:
@@ -62,7 +62,7 @@ class OneWay:
         self._fall = Quarter(
             fall, kappa, gamma, falling=True, reach=abs(start - zero), joints=-falls_to * joints
         )
-        # the rise, as far as it takes the fall's τ
+        # the rise, up to the τ of the fall
         root = float(self._fall.roots[-1])
         edge = curve.descent_cusp if falls_to > 0 else curve.ascent_cusp
         room, reach = abs(edge - zero), abs(start - zero)
@@ -74,17 +74,17 @@ class OneWay:
             end_root = float(self._rise.roots[-1])
             if end_root >= root:
                 break
-            # a start at the very limit may lack some roundings of τ at the edge
+            # a start at the very limit may miss some roundings of τ at the edge
             if reach == room and end_root < root * (1.0 - 1e-12):
                 raise DescentError(
                     f'start = {start!r} m: the body would come beyond the end of the other '
                     f'branch, at the arc {edge!r} m and the height '
-                    f'{float(curve.height(edge)):.6g} m; start nearer to A, or take a longer '
+                    f'{float(curve.height(edge)):.6g} m. Start nearer to A, or take a longer '
                     'pendulum'
                 )
             if reach == room:
                 break
-            # τ goes about as the arc; half as much again makes another turn unlikely
+            # τ grows about as the arc, and half as much again suffices in most cases
             reach *= 1.5 * root / end_root
 
     def course(self, start: float, gravity: float) -> Course:
@@ -135,22 +135,22 @@ class OneWay:
 def zero_of_force(curve: DescentCurve, pull: float) -> float:
     """Return the signed arc where the slope p equals `pull` [m], nearest to A.
 
-    DescentError: the slope reaches it nowhere.
+    DescentError: the slope stays below it.
     """
     if float(curve.slope(0.0)) == pull:
         return 0.0
     way = 1.0 if float(curve.slope(0.0)) < pull else -1.0
     edge = curve.descent_cusp if way > 0.0 else curve.ascent_cusp
-    # the bracket grows from A, so that it holds the nearest zero alone
+    # the bracket grows from A, to hold only the nearest zero
     reach = min(abs(edge), 1e-3 * curve.pendulum_length)
     while way * (float(curve.slope(way * reach)) - pull) < 0.0:
         if reach >= abs(edge):
             raise DescentError(
                 f'friction of {abs(pull)!r} of the weight: it holds the body everywhere on the '
-                'curve; give less'
+                'curve. Give less friction'
             )
         reach = min(2.0 * reach, abs(edge))
-    # weak friction moves the zero by next to nothing, which must be right to its own last digits
+    # weak friction moves the zero by a tiny arc, which needs its own last digits
     return root_of(lambda s: float(curve.slope(s)) - pull, 0.0, way * reach, 1e-300)
 
 
@@ -161,15 +161,15 @@ def zero_of_force(curve: DescentCurve, pull: float) -> float:
 #
 #     s̈ = −γg (p(s) ± μ) − λṡ − κṡ|ṡ|,    p = dx/ds.
 #
-# With the linear term ½ṡ² is no integral along the arc any more. From rest to rest, with τ the
-# part of the duration T that has passed and U = d²s/dτ²,
+# The linear term leaves no integral for ½ṡ² along the arc. From rest to rest, with τ the fraction
+# of the duration T and U = d²s/dτ²,
 #
-#     U = −T²γg (p(s) ± μ) − Tλs′ ∓ κs′²,    s′ = ∫ U dτ,    s = S + ∫ s′ dτ,    s′(1) = 0,
+#     U = −T²γg (p(s) ± μ) − Tλs′ ∓ κs′²,    s′ = ∫ U dτ,    s = S + ∫ s′ dτ,    s′(1) = 0.
 #
-# which Newton's method solves for T and for U at Chebyshev's nodes. Integrals of series lose no
-# digits, as derivatives would, and on a curve that is analytic through A the series converge to
-# rounding. Arcs count from the zero of the force, over the amplitude, so that small swings keep
-# their digits.
+# Newton's method solves this for T and for U at Chebyshev's nodes. Integrals of series lose no
+# digits, unlike derivatives, and on a curve that is analytic through A the series converge to
+# rounding. Arcs count from the zero of the force, over the amplitude: small swings keep their
+# digits.
 
 # Numbers of nodes tried.
 _COUNTS = 16, 24, 36, 54, 80, 120
@@ -184,7 +184,7 @@ _SETTLED = 1e-14
 # Numbers of the Newton matrices held at once.
 _NUMBERS = 2**22
 
-# Amplitude below which p(s)/amplitude is its limit [m]: the quotient would underflow.
+# Amplitude below which p(s)/amplitude is taken at its limit, as the quotient would underflow [m].
 _ALL_BUT_REST = 1e-290
 
 
@@ -223,8 +223,8 @@ class _Swings(NamedTuple):
 
     Attributes:
         duration: T [s], (m,).
-        bend: d²σ/dτ² at the nodes, with σ the arc from the zero of the force over that at the
-            start, (m, n).
+        bend: d²σ/dτ² at the nodes, (m, n), with σ the arc from the zero of the force over its
+            value at the start.
     """
 
     duration: FloatArray
@@ -232,7 +232,7 @@ class _Swings(NamedTuple):
 
 
 class ResistedWay:
-    """The half swings in one direction, as `OneWay`, with a linear resistance.
+    """The half swings in one direction, like `OneWay`, with a linear resistance.
 
     Args:
         curve: the curve, analytic through A.
@@ -243,8 +243,8 @@ class ResistedWay:
         start: signed arc of the farthest start [m].
 
     Raises:
-        DescentError: a resistance so strong that the body does not swing, or that no series
-            describes; or the body would come beyond the end of the curve.
+        DescentError: a resistance too strong for a swing or for the series, or an ascent beyond
+            the end of the curve.
     """
 
     def __init__(
@@ -271,7 +271,7 @@ class ResistedWay:
         else:
             raise DescentError(
                 f'start = {start!r} m: half swings take more than {_COUNTS[-1]} Chebyshev '
-                'coefficients with this resistance; start nearer to A, or give less viscous '
+                'coefficients with this resistance. Start nearer to A, or give less viscous '
                 'resistance'
             )
         end = self.course(start, gravity).end
@@ -279,7 +279,7 @@ class ResistedWay:
         if not abs(end) <= abs(edge):
             raise DescentError(
                 f'start = {start!r} m: the body would come beyond the end of the other branch, at '
-                f'the arc {edge!r} m; start nearer to A, or take a longer pendulum'
+                f'the arc {edge!r} m. Start nearer to A, or take a longer pendulum'
             )
 
     def course(self, start: float, gravity: float) -> Course:
@@ -299,7 +299,7 @@ class ResistedWay:
             x = 2.0 * tau - 1.0
             change = float((1.0 + chebyshev.chebval(x, way)) / chebyshev.chebval(x, speed))
             tau -= change
-            # τ is of order 1, and this a few of its roundings
+            # τ is of order 1
             if abs(change) <= 1e-15:
                 break
         return tau * float(duration[0])
@@ -336,20 +336,20 @@ class ResistedWay:
         if swings is None:
             raise DescentError(
                 f'half swings from {float(np.max(np.abs(amplitude)))!r} m do not converge with '
-                'this resistance; start nearer to A, or give less viscous resistance'
+                'this resistance. Start nearer to A, or give less viscous resistance'
             )
         return swings
 
     def _swings(self, amplitude: FloatArray) -> _Swings | None:
-        """Return the half swings from signed arcs, less the zero; None: no convergence."""
+        """Return the half swings from signed arcs less the zero, or None without convergence."""
         at, count = self._at, len(self._at.tau)
-        # the resistance against the motion, in units of the amplitude; of its sign
+        # the quadratic resistance against the motion, in units of the signed amplitude
         kappa = self._curve.kappa * np.abs(amplitude)[:, None]
         viscous, rate = self._viscous, float(self._curve.slope_rate(self.zero))
         slow = self._push * rate - 0.25 * viscous * viscous
         if not slow > 0.0:
             raise DescentError(
-                f'viscous = {viscous!r} 1/s: the body creeps back to A and does not swing; give '
+                f'viscous = {viscous!r} 1/s: the body creeps back to A without a swing. Give '
                 f'less than {2.0 * math.sqrt(self._push * rate)!r} 1/s'
             )
         duration = np.full(amplitude.shape, math.pi / math.sqrt(slow))
@@ -362,7 +362,7 @@ class ResistedWay:
             place, speed = 1.0 + bend @ at.twice.T, bend @ at.single.T
             pull, slope = self._pull(amplitude, place)
             t = duration[:, None]
-            # σ falls from 1, so that its speed is negative and the quadratic term is positive
+            # σ falls from 1: the speed is negative and the quadratic term positive
             wrong = bend + t * t * pull + t * viscous * speed - kappa * speed * speed
             jacobian[:, :count, :count] = (
                 identity
@@ -445,14 +445,14 @@ class BothWays:
         return self._ways[self._direction(start)].course(start, self._gravity)
 
     def fall_time(self, start: float) -> float:
-        """Return the time from rest at a signed arc [m] to where nothing pulls it along [s]."""
+        """Return the time from rest at a signed arc [m] to the zero of the force [s]."""
         return self._ways[self._direction(start)].fall_time(start, self._gravity)
 
     def with_friction(self, start: FloatArray, slope: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the arcs where nothing pulls bodies along, and slopes less or more friction.
+        """Return the arcs of zero force, and slopes with friction subtracted or added, (n,).
 
-        `start` are the signed arcs from which they came, `slope` the slopes where they are, (n,).
-        Of a body that friction holds both are 0.
+        `start` are the signed arcs at the last rest, `slope` the slopes at the bodies' places.
+        Both results are 0 for a body that friction holds.
         """
         zero, pull = np.zeros_like(start), np.zeros_like(slope)
         slopes = self._curve.slope(start)

@@ -1,9 +1,8 @@
-"""The effect of heat on a machine: its numbers at a temperature, as factors of those given.
+"""The effect of heat on a machine: its parameters at a temperature, over the given ones.
 
-With Δ = T − T₀ lengths of the wheel grow by λ = 1 + αΔ and those of its cam by λ_c = 1 + α_cΔ,
-springs change by 1 + βΔ, and oil thins. Lever arm t and lift h of the cam are left as they are:
-the numbers that multiply them take λ_c (heat.2). So every machine at T is a machine of
-the same form with other numbers.
+With Δ = T − T₀ the wheel's lengths grow by λ = 1 + αΔ, the cam's by λ_c = 1 + α_cΔ, springs change
+by 1 + βΔ, and oil thins. Lever arm t and lift h of the cam stay as they are, and the parameters
+that multiply them take λ_c (heat.2). A machine at T has the same equations with other parameters.
 """
 
 from __future__ import annotations
@@ -24,10 +23,10 @@ MONTH_S = 365.25 / 12.0 * DAY_S
 """A month: a twelfth of a Julian year."""
 
 COLDEST, HOTTEST = -40.0, 60.0
-"""Temperatures that a scene may state [°C]."""
+"""Limits of temperatures in a scene [°C]."""
 
 # -----------------------------------------------------------------------------
-# Oil: how its viscosity falls with temperature.
+# Oil: the fall of its viscosity with temperature.
 
 
 class Oil(Section):
@@ -96,10 +95,10 @@ NOT_AT_ALL = Thinning()
 
 
 def thinning(oil: str | Oil | None, at_celsius: float) -> Thinning:
-    """Return how an oil thins from a temperature on.
+    """Return the thinning of an oil from a temperature on.
 
-    Of a table Vogel's law ln η = A + B/(T − C) through its three points: k = B/D², D = T₀ − C
-    (H. Vogel, Phys. Z. 22 (1921) 645).
+    A table gives Vogel's law ln η = A + B/(T − C) through its three points, with k = B/D² and
+    D = T₀ − C (H. Vogel, Phys. Z. 22 (1921) 645).
     """
     if oil is None:
         return NOT_AT_ALL
@@ -119,41 +118,41 @@ def thinning(oil: str | Oil | None, at_celsius: float) -> Thinning:
 
 
 class Compensation(Section):
-    """A compensation as of chronometers: it takes a linear rate off and leaves a quadratic one.
+    """A compensation as in chronometers, which removes a linear rate and leaves a quadratic one.
 
-    The torque of the thread is multiplied by (1 + y/86400)², with the rate
+    It multiplies the torque of the thread by (1 + y/86400)², with the rate
     y = −takes (T − T₀) + leaves ((T − middle)² − (T₀ − middle)²) [s/day].
     """
 
     takes: Number = Field(
-        description='change of rate with temperature that is taken off [s/day/K]; negative for a '
+        description='change of rate with temperature that is removed [s/day/K], negative for a '
         'machine that loses in the heat'
     )
     leaves: Number = Field(
         default=0.0,
-        description='middle-temperature error that is left [s/day/K2]; negative: the clock loses '
-        'on both sides of the middle',
+        description='middle-temperature error that is left [s/day/K2], negative if the clock '
+        'loses on both sides of the middle',
     )
     middle: Number | None = Field(
         default=None,
-        description='temperature about which it is left [°C]; trochlea.at_celsius when left out',
+        description='middle of that error [°C], trochlea.at_celsius when left out',
     )
 
 
 # -----------------------------------------------------------------------------
-# The numbers of a machine.
+# The parameters of a machine.
 
 
 class HeatFactors(NamedTuple):
-    """Factors of a machine's numbers: numbers or arrays.
+    """Factors of a machine's parameters: numbers or arrays.
 
     Attributes:
-        inertia: of I, λ².
-        carried: of the mass that moves with the thread, λ_c².
-        weight: of the mass that draws, cλ_c with c of the compensation.
-        force: of a constant force, c(1 + βΔ)λ_c.
-        stiffness: of a spring, c(1 + βΔ)λ_c².
-        viscous: of c₁, by the oil.
+        inertia: factor of I, λ².
+        carried: factor of the mass that moves with the thread, λ_c².
+        weight: factor of the mass that pulls, cλ_c with c of the compensation.
+        force: factor of a constant force, c(1 + βΔ)λ_c.
+        stiffness: factor of a spring, c(1 + βΔ)λ_c².
+        viscous: factor of c₁, by the oil.
     """
 
     inertia: Any
@@ -166,16 +165,16 @@ class HeatFactors(NamedTuple):
 
 @dataclass(frozen=True)
 class Heat:
-    """How a machine changes with temperature and age; all 0: it doesn't.
+    """The change of a machine with temperature and age, by default no change.
 
     Attributes:
-        at_celsius: T₀, the temperature for which its numbers hold [°C].
+        at_celsius: T₀, the temperature for which its parameters hold [°C].
         wheel, cam: α and α_c, linear expansions [1/K].
         force: β of its spring or force [1/K].
-        oil: how its oil thins.
+        oil: thinning of its oil.
         thickening: growth of ln c₁ with time [1/s].
         takes, leaves, middle: as in `Compensation`.
-        varies: whether the temperature does; if not, the machine stays at `at_celsius`.
+        varies: whether the temperature changes. If not, it is always `at_celsius`.
     """
 
     at_celsius: float = 20.0
@@ -191,18 +190,18 @@ class Heat:
 
     @property
     def acts(self) -> bool:
-        """Whether the numbers of the machine change on the way."""
+        """Whether any parameter changes during the run."""
         return self.thickening > 0.0 or (self.varies and self.feels_temperature)
 
     @property
     def feels_temperature(self) -> bool:
-        """Whether any number changes with temperature."""
+        """Whether any parameter changes with temperature."""
         effects = self.wheel, self.cam, self.force, self.oil.rate, self.takes, self.leaves
         return any(effects)
 
     @property
     def keeps_shape(self) -> bool:
-        """Whether cam and wheel grow alike, so that M(ϑ)/I stays as it is."""
+        """Whether cam and wheel grow alike, which keeps M(ϑ)/I."""
         return self.wheel == self.cam
 
     def factors(self, celsius: FloatArray, time_s: FloatArray) -> HeatFactors:
@@ -222,7 +221,7 @@ class Heat:
         return HeatFactors(wheel * wheel, cam * cam, pulled, force, force * cam, viscous)
 
     def inertia_growth(self, celsius: FloatArray, per_s: FloatArray) -> FloatArray:
-        """Return İ/I [1/s] at temperatures [°C] that change by so much [K/s]."""
+        """Return İ/I [1/s] at temperatures [°C] with the rates of change [K/s]."""
         return 2.0 * self.wheel * per_s / (1.0 + self.wheel * (celsius - self.at_celsius))
 
 
@@ -231,5 +230,5 @@ NO_HEAT = Heat()
 
 
 def thickening_per_s(per_month: float) -> float:
-    """Return the growth of ln c₁ [1/s] of oil that thickens by a part a month."""
+    """Return the growth of ln c₁ [1/s] of oil that thickens by a share per month."""
     return math.log1p(per_month) / MONTH_S

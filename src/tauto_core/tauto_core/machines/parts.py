@@ -20,18 +20,18 @@ from tauto_core.scene.times import DAY_S
 from tauto_core.wording import left_out, printed
 
 # -----------------------------------------------------------------------------
-# What a scene says is wrong with its parts.
+# Problems of a scene's parts.
 
 
 def wrong(*checks: tuple[object, str, object, str, str]) -> Iterator[Problem]:
-    """Yield the problems that are there: whether it is, key, value, problem and remedy of each."""
+    """Yield the problems of checks: condition, key, value, problem and remedy."""
     for is_there, key, value, problem, remedy in checks:
         if is_there:
             yield Problem(key, value, problem, remedy)
 
 
 def beside_regulator(sections: Mapping[str, object], why: Mapping[str, str]) -> Iterator[Problem]:
-    """Yield the sections that cannot stand beside a regulator in place of a wheel."""
+    """Yield the sections that a regulator in place of a wheel excludes."""
     return wrong(
         *(
             (
@@ -51,7 +51,7 @@ def beside_regulator(sections: Mapping[str, object], why: Mapping[str, str]) -> 
 
 
 class InPlaceOfWheel:
-    """A regulator without a trochlea: nothing drives it, and heat does not change it."""
+    """A regulator without a trochlea, drive and temperature dependence."""
 
     drag: ClassVar[None] = None
     escapement: ClassVar[None] = None
@@ -67,12 +67,12 @@ class InPlaceOfWheel:
 
     @property
     def why_so(self) -> str:
-        """Why it is moved so, as a clause."""
+        """Why it has this propagator, as a clause."""
         raise NotImplementedError
 
     @property
     def largest_start(self) -> float:
-        """Amplitude with which it starts, in the unit of its place."""
+        """Amplitude at the start, in the unit of its coordinate."""
         raise NotImplementedError
 
     @property
@@ -81,16 +81,15 @@ class InPlaceOfWheel:
         return math.tau / self.frequency
 
     def swing_energy(self, place: FloatArray, rate: FloatArray) -> FloatArray:
-        """Return the energy of small swings [J], (n,); inf where no mass is given."""
+        """Return the energy of small swings [J], (n,), or inf without a mass."""
         return np.full_like(place, np.inf)
 
 
 # -----------------------------------------------------------------------------
 # How the period depends on the amplitude.
 
-# Periods are computed to 1e-12, but a table ends where a reader can do nothing with more: the rate
-# at a thousandth of a second a day, than which no marine chronometer is steadier, and the period
-# at the nanosecond, a tenth of that in a day and the last digit of a stamp. `--json` has all.
+# Periods are computed to 1e-12. A table prints the rate to 1e-3 s/day, finer than the steadiest
+# marine chronometer, and the period to a nanosecond, a tenth of that. `--json` has all digits.
 PERIOD = '.9f'
 # Heading, width and format of each column.
 _COLUMNS = {
@@ -105,12 +104,12 @@ _COLUMNS = {
 
 @dataclass(frozen=True, eq=False)
 class AmplitudeTable:
-    """Figures of free swings at several amplitudes; `str` gives them as a table.
+    """Figures of free swings at several amplitudes, a table as `str`.
 
     Attributes:
         nominal_period_s: time by which the dial advances in a full swing [s].
-        keys_left_out: sections of the scene that have no part in the figures.
-        warnings: of a dial that is set for another machine.
+        keys_left_out: sections of the scene that do not affect the figures.
+        warnings: warnings about a dial that is set for another machine.
     """
 
     nominal_period_s: float
@@ -134,9 +133,9 @@ class AmplitudeTable:
 
 @dataclass(frozen=True, eq=False)
 class Isochronism(AmplitudeTable):
-    """Period and rate of free swings on land at n amplitudes; `str` gives a table.
+    """Period and rate of free swings on land at n amplitudes, a table as `str`.
 
-    `rate_s_per_day` is the gain of the clock in a day; fast is positive.
+    `rate_s_per_day` is the gain of the clock, positive if it is fast.
     """
 
     amplitude_rad: FloatArray
@@ -147,7 +146,7 @@ class Isochronism(AmplitudeTable):
 def rate_s_per_day(period_s: float, nominal_period_s: float) -> float:
     """Return the gain of a clock in a day of true time, 86400 (T₀ − T)/T [s/day].
 
-    T is the period of a full swing in true time, T₀ the time by which the dial advances in it [s].
+    T is the true period of a full swing, T₀ the time by which the dial advances in it [s].
     """
     return DAY_S * (nominal_period_s - period_s) / period_s
 
@@ -155,29 +154,29 @@ def rate_s_per_day(period_s: float, nominal_period_s: float) -> float:
 def checked_amplitudes(
     amplitudes: Iterable[float], edge: float, unit: str, words: str, limit: str
 ) -> list[float]:
-    """Return the amplitudes; UsageError where there is none, or one is not in 0 < A ≤ edge."""
+    """Return the amplitudes. UsageError: without one in 0 < A ≤ edge."""
     sizes = [float(amplitude) for amplitude in amplitudes]
     if not sizes:
-        raise UsageError(f'amplitudes: none given; give at least one, {words}')
+        raise UsageError(f'amplitudes: none given. Give at least one, {words}')
     for amplitude in sizes:
         if not 0.0 < amplitude <= edge:
             raise UsageError(
-                f'amplitude {amplitude!r} {unit}: must be > 0 and {limit}, {edge!r} {unit}; give '
-                'another'
+                f'amplitude {amplitude!r} {unit}: must be > 0 and {limit}, {edge!r} {unit}. '
+                'Use a smaller one'
             )
     return sizes
 
 
 # -----------------------------------------------------------------------------
-# The base of all kinds of drag: torques on the wheel against its motion in the case.
+# The base of all kinds of drag.
 
 DRAGS = 'tauto_core.machines.drags'
 
 
 class DragLaw(Protocol):
-    """A torque against the motion over the wheel's inertia I: a NamedTuple of plain numbers.
+    """A torque against the motion, over the wheel's inertia I: a NamedTuple of plain numbers.
 
-    It is compiled, so that its method is written in the language of docs/kernels.md.
+    Its method is compiled: docs/kernels.md describes the language.
     """
 
     def torque(self, rate: Any, direction: float) -> Any:
@@ -185,16 +184,15 @@ class DragLaw(Protocol):
 
         Args:
             rate: θ̇ [rad/s]: a number, an array, or lanes of numbers at the nodes of a step.
-            direction: sign of θ̇ during the step, ±1; at its ends θ̇ may be a little beyond 0, where
-                a law with |θ̇| continues smoothly as direction · θ̇.
+            direction: sign of θ̇ during the step, ±1. At the ends of the step θ̇ may overshoot 0
+                a little. Write direction · θ̇ for |θ̇| to keep the law smooth there.
         """
 
 
 class DragKind(Kind):
-    """Torque against the motion of the wheel in its case: c₁θ̇ + c₂θ̇|θ̇| + c₀ sgn θ̇, and a law.
+    """Torque against the motion of the wheel in its case: c₁θ̇ + c₂θ̇|θ̇| + c₀ sgn θ̇ + law.
 
-    Every kind is named by a module of `machines/drags`. It adds its keys and its `law` to the
-    three terms that all have. Steps, steady swing and the verdict on a rate follow from these.
+    Each kind is a module of `machines/drags`, with its own keys and its `law`.
     """
 
     kind: str
@@ -203,15 +201,15 @@ class DragKind(Kind):
     coulomb: NonNegative = Field(default=0.0, description='c₀ [N m]')
     oil: NamedOil | None = Field(
         default=None,
-        description=f'{", ".join(sorted(OILS))}, or mapping: thins_per_kelvin; by which c₁ '
-        'changes with temperature; when left out it does not',
+        description=f'{", ".join(sorted(OILS))}, or mapping: thins_per_kelvin. It changes c₁ with '
+        'temperature, which otherwise stays the same',
     )
     thickens_per_month: Annotated[float, Strict(), Field(ge=0.0, le=10.0)] = Field(
-        default=0.0, description='part by which c₁ grows in a month as the oil ages, 0 to 10'
+        default=0.0, description='relative growth of c₁ per month as the oil ages, 0 to 10'
     )
 
     def law(self, inertia: float) -> DragLaw | None:
-        """Return the torque of this kind besides the three terms, over I; None if there is none.
+        """Return this kind's own torque over I, if any.
 
         Args:
             inertia: I of the wheel [kg m2].
@@ -219,29 +217,29 @@ class DragKind(Kind):
         return None
 
     def thinned(self, factor: float) -> DragKind:
-        """Return the drag with another oil: c₁ times a factor."""
+        """Return the drag with c₁ times a factor."""
         return self.model_copy(update={'viscous': self.viscous * factor})
 
     @property
     def is_linear(self) -> bool:
-        """Whether the torque is c₁θ̇ alone, for which there are closed forms."""
+        """Whether the torque is c₁θ̇ alone, which has closed forms."""
         return not (self.quadratic or self.coulomb) and self.law(1.0) is None
 
     @property
     def is_zero(self) -> bool:
-        """Whether all of it is 0."""
+        """Whether the torque is 0."""
         return self.is_linear and not self.viscous
 
     def torque(self, rate: FloatArray) -> FloatArray:
-        """Return the torque against the motion at θ̇ ≥ 0 [N m]; it dissipates ∫ torque dθ."""
+        """Return the torque against the motion at θ̇ ≥ 0 [N m]."""
         torque = self.viscous * rate + self.quadratic * rate * rate + self.coulomb
         law = self.law(1.0)
         return torque if law is None else torque + law.torque(rate, 1.0)
 
     def damping(self, rate: float) -> float:
-        """Return P′/θ̇ₘ [N m s], with P the mean power that it takes from a harmonic swing.
+        """Return P′/θ̇ₘ [N m s], P the mean power dissipated in a harmonic swing.
 
-        P = c₁θ̇ₘ²/2 + 4c₂θ̇ₘ³/3π + 2c₀θ̇ₘ/π; of another law by quadrature and difference.
+        P = c₁θ̇ₘ²/2 + 4c₂θ̇ₘ³/3π + 2c₀θ̇ₘ/π + the law's part by quadrature.
 
         Args:
             rate: θ̇ₘ, the greatest angular velocity of the swing [rad/s].
@@ -258,17 +256,17 @@ class DragKind(Kind):
             along = greatest * sine
             return float(0.5 * weights @ (law.torque(along, 1.0) * along))
 
-        # a central difference errs by about the square of this, and by rounding over this
+        # the difference errs by about the square of this, and by rounding over this
         nearby = 1e-4 * rate
         return analytic + (power(rate + nearby) - power(rate - nearby)) / (2.0 * nearby * rate)
 
     def with_friction(self, friction: float) -> DragKind:
-        """Return the drag together with another friction [N m]."""
+        """Return the drag with additional friction [N m]."""
         return self.model_copy(update={'coulomb': self.coulomb + friction})
 
 
 # -----------------------------------------------------------------------------
-# The base of all kinds of escapement: keys, energy of the impulses, messages.
+# The base of all kinds of escapement.
 
 ESCAPEMENTS = 'tauto_core.machines.escapements'
 
@@ -287,14 +285,13 @@ class Rest(Section):
 
 
 class ImpulseDecline(NamedTuple):
-    """How the impulses weaken while the spring or weight that drives them runs down.
+    """The decline of the impulses while the spring or weight that drives them runs down.
 
-    The impulse number k since the start has the energy·(1 + fall·(½ − u)), u = (k mod n + ½)/n,
-    with n impulses between windings; so the mean over a winding is the energy itself.
+    Impulse k has the energy·(1 + fall·(½ − u)), u = (k mod n + ½)/n. The mean of the n impulses
+    of a winding is the energy itself.
 
     Attributes:
-        fall: fall of the energy from the first impulse after a winding to the last, relative to
-            its mean.
+        fall: fall of the energy from the first to the last impulse of a winding, over its mean.
         impulses: number n of impulses between two windings.
     """
 
@@ -307,7 +304,7 @@ class ImpulseDecline(NamedTuple):
 
 
 class Train(Section):
-    """A driving train that weakens between two windings."""
+    """A driving train that weakens between windings."""
 
     fall: Annotated[float, Strict(), Field(ge=0.0, le=1.0)] = Field(
         description='fall of the driving energy from one winding to just before the next, '
@@ -321,12 +318,12 @@ class Train(Section):
 class EscapementKind(Kind):
     """Impulse once a beat, at angle · sgn θ̇ (positive: after the middle).
 
-    Each kind is a module of `machines/escapements` that names its `KIND`.
+    Each kind is a module of `machines/escapements` with a `KIND`.
     """
 
     kind: str
     energy: NonNegative = Field(
-        description='energy given each beat [J]; 0 only where recoil drives the wheel'
+        description='energy given each beat [J], 0 only if recoil drives the wheel'
     )
     angle: Number = Field(
         default=0.0,
@@ -337,7 +334,7 @@ class EscapementKind(Kind):
 
     @property
     def ebb(self) -> ImpulseDecline | None:
-        """How impulses weaken between windings; None if they are all equal."""
+        """Decline of the impulses between windings, or None."""
         return None
 
     @property
@@ -352,7 +349,7 @@ class EscapementKind(Kind):
 
     @property
     def work(self) -> float:
-        """Mean energy that it gives in a swing: two impulses, and the loop of the recoil [J]."""
+        """Mean energy given in a full swing [J]: two impulses and the loop of the recoil."""
         return 2.0 * self.energy + 4.0 * self.recoil * self.angle
 
     def problems(self) -> Iterator[Problem]:
@@ -362,25 +359,21 @@ class EscapementKind(Kind):
                 self.energy == 0.0 and not self.work > 0.0,
                 'escapement.energy',
                 0.0,
-                'must be greater than 0 J: nothing else drives the wheel, since recoil does so '
-                'only where it is held past the middle (escapement.rest.recoil and '
-                'escapement.angle greater than 0)',
+                'must be greater than 0 J unless recoil drives the wheel, which needs '
+                'escapement.rest.recoil and escapement.angle greater than 0',
                 'Give the impulse an energy, or both recoil and a positive angle.',
             )
         )
 
 
 # -----------------------------------------------------------------------------
-# The base of all kinds of power: keys, pull, messages.
+# The base of all kinds of power.
 
 POWERS = 'tauto_core.machines.powers'
 
 
 class PowerKind(Kind):
-    """The pull of the thread. Each kind is a module of `machines/powers` that names its `KIND`.
-
-    Its mechanics, in Python and compiled, are its `pull`, whose form covers weights, springs,
-    constant forces and their sums, and forces without mass that depend on the lift in any way.
+    """The pull of the thread. Each kind is a module of `machines/powers` with a `KIND`.
 
     Attributes:
         words: name of the power in messages.
@@ -401,7 +394,7 @@ class PowerKind(Kind):
 
     @property
     def acts_as(self) -> str:
-        """The effect that a cam would have to correct: `weight` or `spring`; `force`: none."""
+        """The effect that a cam has to correct: `weight`, `spring`, or `force` for no effect."""
         pull = self.pull
         if pull.carried_mass:
             return 'weight'
@@ -409,7 +402,7 @@ class PowerKind(Kind):
 
 
 class Imbalance(NamedTuple):
-    """A wheel whose centre of mass is beside its axle.
+    """A wheel whose centre of mass is off its axle.
 
     Its torque is −m d g_eff sin(ψ − β + φ₀), ψ the wheel's absolute angle and β the direction of
     the apparent vertical (machine_at_sea.4).
@@ -424,7 +417,7 @@ class Imbalance(NamedTuple):
 
 
 # -----------------------------------------------------------------------------
-# The attributes that every regulator has.
+# The attributes of every regulator.
 
 
 class Regulator(Protocol):
@@ -444,7 +437,7 @@ class Regulator(Protocol):
 
     @property
     def release_angle(self) -> float:
-        """Angle of release of the wheel in its case, at rest at the start [rad]."""
+        """Angle of the wheel in its case at release, from rest [rad]."""
 
     @property
     def frequency(self) -> float:
@@ -456,7 +449,7 @@ class Regulator(Protocol):
 
     @property
     def range_rad(self) -> float:
-        """Largest angle, to either side, that cam and thread allow [rad]."""
+        """Largest |angle| that cam and thread allow [rad]."""
 
     @property
     def follows_apparent_vertical(self) -> bool:

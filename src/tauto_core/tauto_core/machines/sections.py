@@ -1,6 +1,6 @@
 """The regulators of a scene: the trochlea with its rules, and the body that swings in a fluid.
 
-The mechanics of the latter are in `fluid_pendulum`, loaded where a scene uses it.
+`fluid_pendulum` has the mechanics of the latter. It is imported only for such a scene.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ def cam_kinds() -> tuple[type[CamKind], ...]:
 
 
 class Unbalanced(Section):
-    """The imbalance of the wheel: its centre of mass is beside its axle (Euler 1727, III)."""
+    """The imbalance of the wheel: its centre of mass is off its axle (Euler 1727, III)."""
 
     moment: Positive = Field(
         description='mass of the wheel times the distance of its centre from the axle [kg m]'
@@ -70,7 +70,7 @@ class Unbalanced(Section):
 
     @property
     def as_numbers(self) -> Imbalance:
-        """The same as numbers."""
+        """The imbalance as numbers."""
         return Imbalance(self.moment, self.direction)
 
 
@@ -88,15 +88,14 @@ class Trochlea(Section):
         description='mapping with `kind` and the numbers of the power, which pulls the thread'
     )
     release_angle: Number = Field(
-        description="the wheel's angle in its case at the start, at rest there [rad], "
-        'at most ten turns'
+        description="the wheel's angle in its case at release, from rest [rad], at most ten turns"
     )
 
     plane: Literal['free', 'vertical', 'ship'] | None = Field(
         default=None,
-        description='plane in which the thread can follow the apparent vertical of a ship that '
-        'pitches: free, any; vertical, held upright by gimbals; ship, athwart and fixed to her; '
-        'when left out free for a weight on a vertical thread, else ship',
+        description='plane in which the thread can follow the apparent vertical on a ship that '
+        'pitches: free (any), vertical (held upright by gimbals) or ship (athwart, fixed to the '
+        'ship). When left out it is free for a weight on a vertical thread, else ship',
     )
     at_celsius: Number = Field(
         default=20.0,
@@ -105,19 +104,20 @@ class Trochlea(Section):
     material: NamedMaterial | None = Field(
         default=None,
         description=f'of wheel, cam and lever: {", ".join(sorted(MATERIALS))}, or mapping: '
-        'expansion; when left out they do not grow with temperature',
+        'expansion. When left out they do not expand',
     )
     compensation: Compensation | None = Field(
         default=None, description='mapping: takes, leaves, middle'
     )
 
     imbalance: Unbalanced | None = Field(
-        default=None, description='mapping: moment, direction; balanced when left out'
+        default=None,
+        description='mapping: moment, direction. When left out the wheel is balanced',
     )
     slack: Literal['fall', 'stop'] | None = Field(
         default=None,
-        description='what a slack thread does: fall, the weight falls until the thread tautens; '
-        'stop, the run ends there; fall when left out',
+        description='motion of a slack thread: fall (the weight falls until the thread tautens) '
+        'or stop (the run ends), fall when left out',
     )
 
     @property
@@ -131,7 +131,7 @@ class Trochlea(Section):
         drag: DragKind | None = None,
         escapement: EscapementKind | None = None,
     ) -> Parts:
-        """Return the parts of a machine; friction of resting teeth is part of the drag."""
+        """Return the parts of a machine. The friction of resting teeth is added to the drag."""
         heat = self._heat(drag)
         friction = 0.0 if escapement is None else escapement.friction
         if friction:
@@ -170,8 +170,8 @@ class Trochlea(Section):
     def made_cam(self, gravity: float) -> Cam:
         """Return the cam for the thread of this trochlea.
 
-        SceneError: a cam, a thread and a power that are not compatible, a cam that is impossible
-        (`possible_cam`), or a table that cannot be used.
+        SceneError: cam, thread and power that do not go together, an impossible cam
+        (`possible_cam`), or an unusable table.
         """
         fits = self.thread.kind in self.cam.threads
         if not fits or self.cam.corrects not in ('', self.power.acts_as):
@@ -198,7 +198,7 @@ class Trochlea(Section):
         *,
         still: bool,
     ) -> Iterator[Problem]:
-        """Yield what is wrong between its keys, or with the drag and escapement of the scene."""
+        """Yield contradictions between its keys, or with the scene's drag and escapement."""
         fitting = self.cam.threads
         if self.thread.kind not in fitting:
             cams = (kind_of(kind) for kind in cam_kinds() if self.thread.kind in kind.threads)
@@ -240,14 +240,14 @@ class Trochlea(Section):
                 still and self.release_angle == 0.0 and not recoil > friction,
                 'trochlea.release_angle',
                 0.0,
-                'leaves the wheel at rest for ever on a ship that lies still',
+                'leaves the wheel at rest for ever on a still ship',
                 'Release it at an angle other than 0 rad'
                 + (f', or give it a recoil above {friction!r} N m.' if recoil else '.'),
             ),
         )
 
     def _power_problems(self) -> Iterator[Problem]:
-        """Yield the problems of the power, or not compatible with a force given by points."""
+        """Yield problems of the power, and of the cam under a force that depends on the lift."""
         yield from self.power.problems()
         pull, kind = self.power.pull, f'does not go with trochlea.power.kind {self.power.kind}'
         yield from wrong(
@@ -259,7 +259,7 @@ class Trochlea(Section):
                 'fall',
                 f'{kind} on trochlea.thread.kind {self.thread.kind}, whose slack motion has no '
                 'spring',
-                'Leave it out: the run ends where the thread goes slack.',
+                'Leave it out: the run ends when the thread goes slack.',
             )
         )
         if pull.law is None and not (self.thread.grows_alike and pull.stiffness):
@@ -281,7 +281,7 @@ class Trochlea(Section):
                 self._heat(None).cam,
                 'trochlea.material' if alloy is None else 'trochlea.cam.material',
                 material(self.material if alloy is None else alloy).expansion,
-                f'1/K {kind}, whose force is that on a cam that does not grow',
+                f'1/K {kind}: its force is computed for a cam that does not grow',
                 'Leave it out.'
                 if self.thread.grows_alike
                 else 'Give cam.material: {expansion: 0.0}.',
@@ -314,14 +314,14 @@ class Trochlea(Section):
                 spring is not None and material(spring).modulus is None,
                 'trochlea.power.material',
                 as_written(spring),
-                'has no modulus: how the force of a spring changes is not known',
+                'has no modulus, which gives the change of a spring with temperature',
                 f'Use {", ".join(elastic)}, or mapping: expansion, modulus.',
             ),
             (
                 self.thread.grows_alike and heat.wheel != heat.cam,
                 'trochlea.cam.material',
                 as_written(cam),
-                f'{kind}, whose wheel, cam and lever grow alike',
+                f'{kind}: its wheel, cam and lever grow alike',
                 'Leave it out, and give trochlea.material for all of them.',
             ),
             (
@@ -334,7 +334,7 @@ class Trochlea(Section):
         )
 
     def _not_corrected(self, gravity: float) -> Problem:
-        """Return the problems of a power for which the cam was not made."""
+        """Return the problem of a power for which the cam was not made."""
         cam, power = cast(Any, self.cam), self.power
         omega = math.tau / cam.period
         rate = self.inertia * omega * omega / power.pull.at_rest(gravity)
@@ -362,8 +362,8 @@ class Trochlea(Section):
 # A body that sinks in a fluid: its effective weight and its resistance.
 #
 # Euler, *Curva tautochrona in fluido* (1729), 10–12. The resistance is the weight of a column of
-# fluid as high as the fall that gives the speed: the full column on the base of a cylinder moving
-# along its axis (C_d = 1), half of it on a globe (C_d = 1/2).
+# fluid, as high as the fall that gives the speed, on the base of a cylinder moving along its axis
+# (C_d = 1). A globe has half of it (C_d = 1/2).
 
 # drag coefficient × base area × size a/(2 × volume): 1/2 and 3/8
 _DRAG = {'cylinder': 0.5, 'globe': 0.375}
@@ -376,14 +376,13 @@ class ImmersedBody:
 
     Attributes:
         shape: 'globe' or 'cylinder'.
-        size: a, diameter of the globe, height of the cylinder along its motion [m], > 0.
-        density: m of the body [kg/m3]; except for the weight, only its ratio to the fluid's
-            matters.
-        fluid_density: n of the fluid [kg/m3], ≥ 0 and less than the body's.
-        added_mass: C, coefficient of added mass, ≥ 0. Euler: 0; a globe in potential flow: 1/2.
+        size: diameter a of the globe, height a of the cylinder along its motion [m], > 0.
+        density: m of the body [kg/m3]. Except in the weight only its ratio to n counts.
+        fluid_density: n of the fluid [kg/m3], 0 ≤ n < m.
+        added_mass: C, coefficient of added mass, ≥ 0. Euler: 0. A globe in potential flow: 1/2.
 
     Raises:
-        DescentError: a number out of its range; a fluid as dense as the body or denser.
+        DescentError: a number out of its range, or a fluid as dense as the body.
     """
 
     shape: Literal['globe', 'cylinder']
@@ -398,17 +397,17 @@ class ImmersedBody:
         for name, bound in (('size', 0.0), ('density', 0.0)):
             value = getattr(self, name)
             if not bound < value < math.inf:
-                raise DescentError(f'{name} = {value!r}: must be finite and above 0; give another')
+                raise DescentError(f'{name} = {value!r}: must be finite and above 0')
         if not 0.0 <= self.added_mass < math.inf:
             raise DescentError(
-                f'added_mass = {self.added_mass!r}: must be finite and at least 0; a globe in an '
-                'ideal fluid has 0.5'
+                f'added_mass = {self.added_mass!r}: must be finite and at least 0, as 0.5 for a '
+                'globe in an ideal fluid'
             )
         if not 0.0 <= self.fluid_density < self.density:
             raise DescentError(
                 f'fluid_density = {self.fluid_density!r} kg/m3: must be at least 0 and less than '
-                f'the density of the {self.shape}, {self.density!r} kg/m3, or it does not sink; '
-                'take a denser body or a lighter fluid'
+                f'the density of the {self.shape}, {self.density!r} kg/m3, or it does not sink. '
+                'Take a denser body or a lighter fluid'
             )
 
     @property
@@ -423,9 +422,9 @@ class ImmersedBody:
 
     @property
     def sunk_mass(self) -> float:
-        """Mass of the body less that of the fluid displaced [kg].
+        """Mass of the body less the displaced mass of fluid [kg], of a cylinder as wide as high.
 
-        A cylinder is taken to be as wide as it is high; its motion does not depend on that.
+        The motion of a cylinder does not depend on its width.
         """
         return (self.density - self.fluid_density) * _VOLUME[self.shape] * self.size**3
 
@@ -470,11 +469,11 @@ class PointsBranch(Section):
         tuple[tuple[Positive, Positive], ...], Field(min_length=3, max_length=200)
     ] = Field(
         description='pairs of horizontal distance from the lowest point and height above it [m], '
-        '3 to 200; distances increase'
+        '3 to 200, distances increasing'
     )
 
     def curve(self, kappa: float, gamma: float) -> Branch:
-        """Return the branch for a body in a fluid; DescentError: it does not rise throughout."""
+        """Return the branch for a body in a fluid. DescentError: a point that does not rise."""
         from tauto_core.curves.branches import ThroughPoints
 
         return ThroughPoints(kappa, gamma, np.array(self.points))
@@ -491,10 +490,11 @@ class FluidTautochroneRegulator(Section):
         CycloidBranch | CircleBranch | PointsBranch | None, Field(discriminator='kind')
     ] = Field(
         default=None,
-        description='mapping with `kind`: the branch whose companion completes the curve',
+        description='mapping with `kind`: the branch to which the companion is sought',
     )
     given: Literal['descent', 'ascent'] = Field(
-        default='descent', description='of a companion: whether `of` is the descent or the ascent'
+        default='descent',
+        description='branch that `of` of a companion describes: descent or ascent',
     )
     body: Literal['globe', 'cylinder'] = Field(description='globe or cylinder')
     diameter: Positive = Field(
@@ -503,43 +503,43 @@ class FluidTautochroneRegulator(Section):
     body_density: Positive = Field(description='density of the body [kg/m3]')
     fluid_density: NonNegative = Field(description='density of the fluid, below the body [kg/m3]')
     pendulum_length: Positive = Field(
-        description='length f of the simple pendulum that keeps time with small swings [m]; of a '
-        'companion with all half swings'
+        description='length f of the simple pendulum that keeps time with small swings, or with '
+        'all half swings of a companion [m]'
     )
     ascent_length: Positive | None = Field(
         default=None,
-        description="the same of the branch of ascent, h, where Euler's curve has another there "
-        '[m]; f when left out',
+        description="length h of the same kind for the branch of ascent, on Euler's curve only "
+        '[m], f when left out',
     )
     friction: NonNegative = Field(
         default=0.0,
-        description="constant friction, over the body's weight in the fluid; Euler's curve allows "
-        'for it',
+        description="constant friction, over the body's weight in the fluid (Euler's curve "
+        'includes it)',
     )
     viscous: NonNegative = Field(
         default=0.0,
-        description='resistance ∝ v, as Newton has it, over the speed and the mass that moves '
-        '[1/s]; on the curves euler and cycloid',
+        description='resistance ∝ v (Newton), over the speed and the mass that moves [1/s], on '
+        'the curves euler and cycloid',
     )
     release_arc: Number = Field(
-        description='arc from the lowest point to the release, at rest [m]; negative on the '
+        description='arc from the lowest point to the release at rest [m], negative on the '
         'branch of ascent'
     )
     added_mass: NonNegative = Field(
         default=0.0,
-        description='coefficient of added mass; Euler: 0, globe in potential flow: 0.5',
+        description='coefficient of added mass: 0 (Euler), 0.5 (globe in potential flow)',
     )
 
     def problems(
         self, sections: Mapping[str, object], ship: str, *, still: bool
     ) -> Iterator[Problem]:
-        """Yield its problems, and the sections and ships that cannot stand beside it."""
+        """Yield its problems, and the sections and ships that it excludes."""
         yield from beside_regulator(
             sections,
             {
                 'trochlea': 'a scene has one regulator',
                 'drag': 'the fluid is the drag',
-                'escapement': 'nothing drives a body in a fluid',
+                'escapement': 'a body in a fluid has no escapement',
                 'suspension': 'a fluid does not turn with its vessel',
             },
         )
@@ -550,8 +550,8 @@ class FluidTautochroneRegulator(Section):
                 not still,
                 'ship.kind',
                 ship,
-                'does not go with regulator: a fluid does not turn with its vessel, so that its '
-                'resistance on a ship that rolls is not that of its speed on the curve',
+                'does not go with regulator: on a ship that rolls the fluid does not turn with '
+                'its vessel, and resists otherwise than by the speed on the curve',
                 'Use ship kind still.',
             ),
             (
@@ -560,7 +560,7 @@ class FluidTautochroneRegulator(Section):
                 ABSENT if self.of is None else self.of.kind,
                 'is missing: the branch whose companion is sought'
                 if missing
-                else f'does not go with {kind}, which is whole',
+                else f'does not go with {kind}, which is already complete',
                 'Write of: {kind: circle, radius: 1.0}, or kind cycloid or points.'
                 if missing
                 else 'Leave it out, or use curve companion.',
@@ -569,7 +569,7 @@ class FluidTautochroneRegulator(Section):
                 self.given == 'ascent' and self.curve != 'companion',
                 'regulator.given',
                 self.given,
-                f'does not go with {kind}, of which no branch is given',
+                f'does not go with {kind}, which has no given branch',
                 'Leave it out.',
             ),
             (
@@ -583,14 +583,14 @@ class FluidTautochroneRegulator(Section):
                 self.friction and self.curve == 'companion',
                 'regulator.friction',
                 self.friction,
-                'does not go with regulator.curve companion, which is found without friction',
+                'does not go with regulator.curve companion, which is computed without friction',
                 'Leave it out, or use curve euler, which allows for it.',
             ),
             (
                 self.viscous and joined,
                 'regulator.viscous',
                 self.viscous,
-                'does not go with a curve whose branches meet in a corner of its curvature',
+                'does not go with a curve with a jump of curvature at its lowest point',
                 'Leave it out, or use curve euler without ascent_length, or curve cycloid.',
             ),
             (
@@ -604,7 +604,7 @@ class FluidTautochroneRegulator(Section):
 
     @property
     def immersed(self) -> ImmersedBody:
-        """The body in its fluid; DescentError where it does not sink."""
+        """The body in its fluid. DescentError: it does not sink."""
         return ImmersedBody(
             self.body, self.diameter, self.body_density, self.fluid_density, self.added_mass
         )
@@ -615,7 +615,7 @@ class FluidTautochroneRegulator(Section):
         return self.release_arc
 
     def machine(self, name: str, gravity: float) -> FluidPendulum:
-        """Return the regulator of a named scene as numbers, as `compile_fluid_pendulum` does."""
+        """Return the regulator of a named scene as numbers (`compile_fluid_pendulum`)."""
         return compile_fluid_pendulum(name, gravity, self)
 
 
@@ -653,7 +653,7 @@ def compile_fluid_pendulum(
     SceneError: a body that does not sink, or a release beyond the cusp.
     """
     if regulator.fluid_density >= regulator.body_density:
-        # the lightest body and the densest fluid for which the curve can be made
+        # the lightest body and the densest fluid with which the curve exists
         lightest = _at_least(regulator, 'body_density', regulator.fluid_density, 'kg/m3')
         fluid = _nearest_that_holds(regulator, 'fluid_density', regulator.body_density, 0.5)
         sinks = 'Take a denser body or a lighter fluid, and release it nearer to A.'
@@ -682,12 +682,12 @@ def compile_fluid_pendulum(
             name,
             'regulator.release_arc',
             start,
-            f'beyond the end of the curve, at {edge!r} m: the companion exists no farther, where '
-            f'the branch of descent is {top[0]:.6g} m high and that of ascent {top[1]:.6g} m',
+            f'is beyond the end of the curve, at {edge!r} m, where the companion ends: the branch '
+            f'of descent is {top[0]:.6g} m high, the branch of ascent {top[1]:.6g} m',
             'Release the body nearer to A, or give a longer pendulum_length.',
         )
     if not abs(start) <= abs(edge):
-        # the shortest pendulum whose curve includes the release, or else the nearest body
+        # the shortest pendulum, or else the nearest body, for this release
         longer = _at_least(regulator, 'pendulum_length', regulator.pendulum_length, 'm')
         remedy = f', or give {longer}'
         if not longer:
@@ -699,7 +699,7 @@ def compile_fluid_pendulum(
             name,
             'regulator.release_arc',
             start,
-            f'beyond the cusp of the curve, at {edge!r} m',
+            f'is beyond the cusp of the curve, at {edge!r} m',
             f'Release the body nearer to A{remedy}.',
         )
     from tauto_core.machines.fluid_pendulum import FluidPendulum
@@ -709,8 +709,7 @@ def compile_fluid_pendulum(
             name,
             'regulator.friction',
             regulator.friction,
-            f'holds the body where it is released: the slope there is '
-            f'{float(curve.slope(start)):.6g}',
+            f'holds the body at its release, on a slope of {float(curve.slope(start)):.6g}',
             'Give less friction, or release the body farther from A.',
         )
     weight = regulator.immersed.sunk_mass * gravity
@@ -720,7 +719,7 @@ def compile_fluid_pendulum(
             name,
             'regulator.viscous',
             regulator.viscous,
-            'is so much that the body creeps back to A and does not swing',
+            'is so large that the body creeps back to A without a swing',
             f'Give less than {2.0 * machine.frequency:.6g} 1/s, or a shorter pendulum_length.',
         )
     if not (machine.is_euler or machine.is_even):
@@ -753,10 +752,7 @@ def _at_least(regulator: FluidTautochroneRegulator, key: str, value: float, unit
 def _nearest_that_holds(
     regulator: FluidTautochroneRegulator, key: str, value: float, factor: float
 ) -> float | None:
-    """Return the nearest value of a key with which the curve includes the release.
-
-    None where no such value is found in the direction of the factor.
-    """
+    """Return the nearest value, in the factor's direction, with the release on the curve."""
     start = regulator.release_arc
 
     def holds(trial: float) -> bool:

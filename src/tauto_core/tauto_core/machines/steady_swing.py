@@ -1,15 +1,15 @@
 """The steady swing: the escapement gives the energy that drag takes (escapement.md).
 
-A swing has four arcs, each between a turning point A and an impulse; an arc that ends in its
-turning point is followed back in time. With δ the departure of the energy from that of a free
-swing, 0 at the turning point, and R the recoil,
+A swing has four arcs, each between a turning point A and an impulse. An arc that ends at its
+turning point is followed backward in time. With δ the energy above a free swing's, 0 at the
+turning point, and R the recoil,
 
     dδ/dθ = ∓(c₁θ̇ + c₂θ̇² + c₀),   ½ M θ̇² = h sin²W + δ + R |A − θ|,   V = h cos²W,   h = V(A).
 
-The swing is steady if all arcs together lose as much as the escapement gives: two impulses, and
-4 R α of the recoil. In an even well that is exact for any drag. For the lever and an unbalanced
-wheel, V + R |θ| is taken to be the same at both turning points, which errs by the square of the
-loss. V counts from the place of rest. All on land.
+In the steady swing the four arcs lose as much as the escapement gives: two impulses, and 4 R α of
+the recoil. In an even well that is exact for any drag. For the lever and an unbalanced wheel V +
+R |θ| is assumed equal at both turning points, with an error of the square of the loss. V counts
+from the place of rest. All on land.
 """
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ _SETTLED = 1e-14
 
 _ITERATIONS = 200
 _HALVINGS = 6
-# Share by which swings end before the edge, where arms and slopes may have no limit.
+# Share by which swings end before the edge, near which arms and slopes may diverge.
 _SHORT_OF_EDGE = 1e-6
 
-# Share by which the amplitude is changed for the slope of the loss; errors go with its square.
+# Share by which the amplitude is changed for the slope of the loss, with an error of its square.
 _NUDGE = 1e-4
 
 _ROUNDING = 4.0 * np.finfo(float).eps
-# Relative error of the energy when it is asked whether a clock starts itself: yes or no.
+# Relative error of the energy for deciding whether a clock starts itself.
 _START_ERROR = 1e-9
 
 
@@ -49,12 +49,12 @@ class SteadySwing:
     """The swing that repeats, on land.
 
     Attributes:
-        amplitude: A; for the lever and an unbalanced wheel, the turning point on the positive
-            side [rad].
+        amplitude: A [rad], the turning point on the positive side for the lever and an unbalanced
+            wheel.
         period: period of the swing with drag and impulses [s].
         free_period: period of a free swing of the same amplitude [s].
         time_constant: time in which a small departure of the energy from the steady one falls
-            e-fold, to first order in the loss [s]; inf where there is neither drive nor drag.
+            e-fold, to first order in the loss [s], inf without drive and drag.
     """
 
     amplitude: float
@@ -65,19 +65,19 @@ class SteadySwing:
 
 @dataclass(frozen=True)
 class NoSteadySwing:
-    """The reason why no swing repeats, with the quantity and its limit."""
+    """The reason why no swing repeats."""
 
     why: str
 
 
 _GROWS = (
-    'the swing grows for ever, or to the end of its range: there is an escapement, '
-    'and no drag to take what it gives'
+    'the swing grows for ever, or to the end of its range: there is an escapement and no drag '
+    'against it'
 )
 
 
 class Torques(NamedTuple):
-    """Drag and recoil, the torques on the wheel besides the thread's [N m]."""
+    """Drag and recoil, the torques on the wheel apart from the thread's [N m]."""
 
     drag: DragKind
     recoil: float
@@ -91,9 +91,9 @@ class SwingPart(NamedTuple):
 
 
 def steady_swing(machine: Machine | LeverMachine) -> SteadySwing | NoSteadySwing:
-    """Return the swing in which a clock settles on land, released as its scene says.
+    """Return the swing in which a clock settles on land after its release.
 
-    Without drag and impulses it is the swing as released.
+    Without drag and impulses it is the released swing itself.
     """
     escapement = machine.escapement
     drag = None if machine.drag is None or machine.drag.is_zero else machine.drag
@@ -114,7 +114,7 @@ def steady_swing(machine: Machine | LeverMachine) -> SteadySwing | NoSteadySwing
 
 
 def _free(machine: Machine | LeverMachine) -> SteadySwing:
-    """Return the swing as released, without drive or drag."""
+    """Return the swing after the release, without drive or drag."""
     period = machine.period(machine.release_angle)
     return SteadySwing(abs(machine.release_angle), period, period, math.inf)
 
@@ -122,7 +122,7 @@ def _free(machine: Machine | LeverMachine) -> SteadySwing:
 def _driven(
     machine: Machine | LeverMachine, drag: DragKind | None, escapement: EscapementKind
 ) -> SteadySwing | NoSteadySwing:
-    """Return the steady swing, in which drag takes as much energy as the escapement gives."""
+    """Return the swing in which drag takes as much energy as the escapement gives."""
     if isinstance(machine, Machine) and not machine.has_small_swings:
         raise QuadratureError(
             'the cheeks are rooted in the axle: the wheel lingers in the middle, where the '
@@ -156,7 +156,7 @@ def _driven(
             f'of {low:.6g} rad'
         )
     top = edge
-    # next to where an unbalanced wheel would stand on its head a swing takes for ever
+    # near its unstable equilibrium an unbalanced wheel has an infinite period
     if math.isinf(edge) or _is_uneven(machine):
         top = min(max(abs(start), low), edge)
         for _ in range(200):
@@ -172,7 +172,7 @@ def _driven(
     def missing(log_amplitude: float) -> float:
         return math.log(work / loss(math.exp(log_amplitude)))
 
-    # the loss is roughly a power of the amplitude, so logarithms of both are used
+    # the loss is roughly a power of the amplitude: solved in logarithms
     amplitude = math.exp(root_of(missing, math.log(low), math.log(top), _ROUNDING))
     legs = _legs(machine, torques, escapement.angle, amplitude)
     if abs(start) > low:
@@ -204,10 +204,10 @@ def _reach(machine: Machine | LeverMachine, angle: float) -> tuple[float, float]
         if machine.imbalance is None:
             return abs(angle), edge
         amplitude = abs(angle)
-        # beyond the side that is higher, and as far as both sides go
+        # up to the higher of the two sides
         if machine.potential(-amplitude) > machine.potential(amplitude):
             amplitude = machine.angle_of_potential(float(machine.potential(-amplitude)))
-        # as far as V rises on both sides
+        # as long as V rises on both sides
         ways = np.linspace(0.0, min(edge - abs(machine.rest_angle), 2.0 * math.tau), 2000)[1:]
         sides = [machine.raised(machine.rest_angle + side * ways) for side in (-1.0, 1.0)]
         heights = [side[: np.argmax(np.append(np.diff(side) <= 0.0, True)) + 1] for side in sides]
@@ -222,7 +222,7 @@ def _reach(machine: Machine | LeverMachine, angle: float) -> tuple[float, float]
 
 
 def _starts_itself(machine: Machine | LeverMachine, torques: Torques, angle: float) -> bool:
-    """Return whether recoil drives a wheel released short of the first impulse to that impulse."""
+    """Return whether recoil drives a wheel released short of the first impulse to it."""
     if torques.recoil * angle <= 0.0:
         return False
     from scipy.integrate import solve_ivp  # slow to import
@@ -251,14 +251,14 @@ def _starts_itself(machine: Machine | LeverMachine, torques: Torques, angle: flo
 def _legs(
     machine: Machine | LeverMachine, torques: Torques, angle: float, amplitude: float
 ) -> list[SwingPart]:
-    """Return the four arcs of a swing: to and from the impulse, there and back."""
+    """Return the four arcs of a swing, to and from the impulse, there and back."""
     if isinstance(machine, Machine) and not _is_uneven(machine):
         pair = [
             _leg(machine, torques, -amplitude, angle, -1.0),
             _leg(machine, torques, amplitude, angle, 1.0),
         ]
         return pair + pair
-    # the turning point on the other side, at which V + R |θ| is the same
+    # the turning point on the other side has the same V + R |θ|
     turn = machine.far_turning(amplitude)
     if torques.recoil:
         height = float(machine.potential(amplitude)) + torques.recoil * amplitude
@@ -266,7 +266,7 @@ def _legs(
         def above(angle: float) -> float:
             return float(machine.potential(angle)) - torques.recoil * angle - height
 
-        # at these two angles V alone, or R |θ| alone, is the same
+        # the two angles at which V alone, or R |θ| alone, is the same, bracket it
         turn, high = sorted((turn, -amplitude))
         if above(turn) > 0.0:
             turn = root_of(above, turn, high, _ROUNDING)
@@ -283,7 +283,7 @@ def _leg(
 ) -> SwingPart:
     """Return loss and time between a turning point and an angle [rad].
 
-    The sign is −1 where the turning point comes first, 1 where it comes last.
+    The sign is −1 if the turning point comes first, 1 if it comes last.
     """
     centre, ends = 0.0, np.array([turning, end])
     if isinstance(machine, Machine) and _is_uneven(machine):
@@ -303,7 +303,7 @@ def _leg(
     for _ in range(_ITERATIONS):
         torque = torques.drag.torque(speed * np.sqrt(share))
         old, (since, lost) = since, running(torque * path, edges)
-        # far too much for its exact value to matter
+        # the exact value of such a loss does not matter
         if lost > 1e6 * top:
             break
         share = np.maximum(1.0 + eased + sign * since / (top * sine * sine), 0.0)
@@ -334,7 +334,7 @@ def _free_swing(
     edges = np.array([0.0, *sorted(cut for cut in cuts if 0.0 < cut < w_end), w_end])
     for _ in range(_HALVINGS):
         w = panel_nodes(edges)
-        # M and dt/dW where V = V(A) cos²W
+        # M and dt/dW for V = V(A) cos²W
         if isinstance(machine, LeverMachine):
             tau, slowness = machine.swing(turning, w)
             ratio = machine.geometry.slopes(tau)[0]
@@ -349,6 +349,6 @@ def _free_swing(
             return edges, w, mass, slowness
         edges = np.sort(np.concatenate([edges, 0.5 * (edges[1:] + edges[:-1])]))
     raise QuadratureError(
-        f'a swing of {abs(turning):.6g} rad is too stiff to be followed; use more drag or a '
+        f'a swing of {abs(turning):.6g} rad is too stiff to be followed. Use more drag or a '
         'weaker escapement'
     )

@@ -1,10 +1,8 @@
-"""The trochlea as a mechanism: a wheel, its cam, and the power that pulls the thread.
-
-Then the base of all kinds of thread: keys, the machine that they make, refusals.
+"""The trochlea as a mechanism, a wheel with its cam and a power, and the base of all threads.
 
 I ψ̈ + m h'(ϑ) d²h/dt² + F h'(ϑ) = torques, with h the lift and F the pull: P + κh for a force or a
-spring, m g_eff for a weight (machine_at_sea.md; Euler 1727, XVI–XX). In a case at rest this
-is the motion in a well V(ϑ) = ∫ F h' dϑ with the varying inertia M(ϑ) = I + m h'².
+spring, m g_eff for a weight (machine_at_sea.md, Euler 1727, XVI–XX). In a case at rest the wheel
+moves in a well V(ϑ) = ∫ F h' dϑ with the varying inertia M(ϑ) = I + m h'².
 """
 
 from __future__ import annotations
@@ -44,20 +42,20 @@ class Machine:
 
     Attributes:
         inertia: I of the wheel about its axle [kg m2], > 0.
-        carried_mass: m in M = I + m t² [kg]; 0 unless the inertia of a weight counts.
-        pulling_mass: mass whose weight pulls the thread [kg]; 0 for a force or a spring.
-        force: P, constant pull, or that of a spring at zero draw [N]; 0 for a weight.
-        stiffness: κ of the spring [N/m]; 0 without a spring.
+        carried_mass: m in M = I + m t² [kg], 0 unless the inertia of a weight counts.
+        pulling_mass: mass of the weight that pulls the thread [kg], 0 for a force or a spring.
+        force: P, constant pull, or pull of a spring at zero draw [N], 0 for a weight.
+        stiffness: κ of the spring [N/m], 0 without a spring.
         gravity: g [m/s2].
         cam: the cam, with its thread.
         follows_apparent_vertical: whether the thread's neutral line is the apparent vertical
             (γ = β: a weight on a vertical thread) instead of a line of the case (γ = α_c).
         drag: torques against the motion in the case, or None.
         escapement: the escapement, or None.
-        release_angle: angle of release of the wheel in its case, at rest at the start [rad].
-        imbalance: that of the wheel, or None. With it the well is neither harmonic nor even.
-        heat: how the numbers change with temperature and age; they hold at `heat.at_celsius`.
-        stops_when_slack: whether the motion ends where the thread goes slack.
+        release_angle: angle of the wheel in its case at release, from rest [rad].
+        imbalance: imbalance of the wheel, or None. It makes the well neither harmonic nor even.
+        heat: changes with temperature and age. The numbers above hold at `heat.at_celsius`.
+        stops_when_slack: whether the motion ends when the thread goes slack.
     """
 
     inertia: float
@@ -78,11 +76,11 @@ class Machine:
     limited_by: ClassVar[str] = 'the cam, whose range is'
 
     def at_celsius(self, celsius: float, time_s: float = 0.0) -> Machine:
-        """Return the machine as it is at a temperature [°C], a time after the start [s].
+        """Return the machine with its parameters at this temperature [°C] and time [s].
 
-        It does not change with temperature any more. Its cam is the same: the growth of the lever
-        arm is in masses, force and stiffness (heat.2), so that angles, rates, periods and
-        torques are those of the hot machine.
+        The result has constant parameters. The cam is unchanged: masses, force and stiffness
+        absorb the growth of the lever arm (heat.2), which leaves angles, rates, periods and
+        torques right.
         """
         factors = self.heat.factors(np.asarray(celsius), np.asarray(time_s))
         inertia, carried, weight, force, stiffness, viscous = (float(factor) for factor in factors)
@@ -108,13 +106,13 @@ class Machine:
     def frequency(self) -> float:
         """Small-amplitude angular frequency on land, ω = √(F(0) t'(0)/I) [rad/s].
 
-        With an imbalance it is √(V″/M) at `rest_angle`. Without small swings it is that of the
-        swing from the release angle, or from 1 rad if that is 0.
+        With an imbalance it is √(V″/M) at `rest_angle`. A cam without small swings gives it for
+        the swing from the release angle, or from 1 rad.
         """
         if not self.has_small_swings:
             return math.tau / self.period(self.release_angle or 1.0)
         if self.imbalance is not None:
-            # V″ by a central difference: off by the square of the step, and by 1e-12 of rounding
+            # the difference errs by the square of the step, and by 1e-12 of rounding
             centre, step = self.rest_angle, 1e-4
             below, above = self._slope(centre + np.array([-step, step])).tolist()
             return math.sqrt((above - below) / (2.0 * step * float(self.mass(centre))))
@@ -122,7 +120,7 @@ class Machine:
 
     @property
     def has_small_swings(self) -> bool:
-        """Whether the period has a limit for small swings: not with cheeks rooted in the axle."""
+        """Whether small swings have a period, which they lack on cheeks rooted in the axle."""
         return self.imbalance is not None or float(self.cam.lever_rate(0.0)) > 0.0
 
     @property
@@ -132,7 +130,7 @@ class Machine:
 
     @property
     def is_harmonic(self) -> bool:
-        """Whether the well is exactly harmonic in the arc, as with the power's isochronous cam."""
+        """Whether the well is exactly harmonic in the arc, as on the power's isochronous cam."""
         stiffness = self.stiffness / self._rest_pull if self.stiffness else 0.0
         return self.imbalance is None and self.cam.suits == (
             self.carried_mass / self.inertia,
@@ -141,7 +139,7 @@ class Machine:
 
     @property
     def is_linear(self) -> bool:
-        """Whether the torque on land is exactly −I ω²ϑ: a harmonic well without a carried mass."""
+        """Whether the torque on land is −I ω²ϑ: a harmonic well without a carried mass."""
         return self.is_harmonic and self.carried_mass == 0.0
 
     @property
@@ -163,12 +161,12 @@ class Machine:
         return self.cam.wider(amplitude, self.carried_mass, self.small_period)
 
     def pull(self, lift: ArrayLike, apparent_gravity: ArrayLike | None = None) -> FloatArray:
-        """Return F = P + κh + m g_eff [N] at the lift h; without g_eff gravity on land."""
+        """Return F = P + κh + m g_eff [N] at the lift h, by default on land."""
         weight = self.gravity if apparent_gravity is None else np.asarray(apparent_gravity)
         return self.force + self.stiffness * np.asarray(lift) + self.pulling_mass * weight
 
     def potential(self, angle: ArrayLike) -> FloatArray:
-        """Return V(ϑ) = P h + κh²/2 + m g h, on land, and what an imbalance adds; V(0) = 0 [J]."""
+        """Return V(ϑ) = P h + κh²/2 + m g h + the imbalance's part on land, V(0) = 0 [J]."""
         lift = self.cam.lift(angle)
         thread = lift * (self._rest_pull + 0.5 * self.stiffness * lift)
         if self.imbalance is None:
@@ -186,15 +184,15 @@ class Machine:
 
     @cached_property
     def rest_angle(self) -> float:
-        """ϑ at which the wheel would rest on land [rad]; 0 if it is balanced."""
+        """ϑ at which the wheel rests on land [rad], 0 if it is balanced."""
         if self.imbalance is None:
             return 0.0
-        # short of the end of the cam, where the lever arm may have no limit
+        # short of the end of the cam, where the lever arm may diverge
         end = min(math.pi, 0.999 * self.cam.range_rad)
         return root_of(lambda angle: float(self._slope(np.asarray(angle))), -end, end, 1e-16)
 
     def lift_of_potential(self, potential: ArrayLike) -> FloatArray:
-        """Return the lift h at which V = P h + κh²/2 + m g h, on land [m]."""
+        """Return the lift h at which V = P h + κh²/2 + m g h on land [m]."""
         pull, potential = self._rest_pull, np.asarray(potential)
         return 2.0 * potential / (pull + np.sqrt(pull * pull + 2.0 * self.stiffness * potential))
 
@@ -224,7 +222,7 @@ class Machine:
         def slope(inner: FloatArray) -> FloatArray:
             return np.sqrt(self.mass(inner))
 
-        # piece by piece, since √M is not smooth at the joints of the cam
+        # piece by piece: √M is not smooth at the joints of the cam
         flat = np.atleast_1d(np.abs(angle))
         edges = np.concatenate([[0.0], self.cam.joints])
         sums = np.concatenate([[0.0], np.cumsum(integrate(slope, edges[:-1], edges[1:]))])
@@ -233,7 +231,7 @@ class Machine:
         return np.copysign(arc.reshape(np.shape(angle)), angle)
 
     def angle_of_arc(self, arc: ArrayLike) -> FloatArray:
-        """Return ϑ at which the arc in a harmonic well is s [√kg m], odd in s; V = ½ω²s²."""
+        """Return ϑ at which the arc in a harmonic well is s [√kg m], odd in s, V = ½ω²s²."""
         along: FloatArray = self.frequency * np.asarray(arc, dtype=np.float64)
         lift = self.lift_of_potential(0.5 * along * along)
         return np.copysign(self.cam.angle_of_lift(lift), along)
@@ -242,9 +240,9 @@ class Machine:
         """Return the period of free swings on land, without drag [s].
 
         T = 4 ∫ √(M/(2(V(A) − V(ϑ)))) dϑ from 0 to A. With V(ϑ) = V(A) sin²u the integrand 4 √(2
-        V(A) M) sin u/V'(ϑ) is smooth in u from 0 to π/2, including the turning point. The sign of
-        A does not matter, and 0 gives the limit 2π/ω. CamRangeError: an amplitude beyond the cam;
-        SlackThreadError: a swing in which the thread goes slack.
+        V(A) M) sin u/V'(ϑ) is smooth in u from 0 to π/2. The sign of A does not matter, and A = 0
+        gives the limit 2π/ω. CamRangeError: an amplitude beyond the cam. SlackThreadError: a swing
+        in which the thread goes slack.
         """
         if self.imbalance is not None:
             return self._unbalanced_period(amplitude)
@@ -263,14 +261,14 @@ class Machine:
             if not np.all(tension > 0.0):
                 where = float(angle[tension <= 0.0].min())
                 raise SlackThreadError(
-                    f'the thread goes slack at an angle of {where!r} rad: there the wheel turns '
-                    f'so fast that the falling lever arm of {cam!r} would make it push; use a '
-                    'smaller amplitude, a lighter weight or a cam whose lever arm does not fall'
+                    f'the thread goes slack at an angle of {where!r} rad: there the lever arm of '
+                    f'{cam!r} falls so fast that the thread would have to push. Use a smaller '
+                    'amplitude, a lighter weight or a cam with a lever arm that does not fall'
                 )
             return np.sqrt(mass) * np.sin(u) / (pull * cam.lever_arm(angle))
 
         if not self.has_small_swings:
-            # V goes as ϑ³ there, so that the integrand is smooth in the cube root of u
+            # V ∝ ϑ³ there, which makes the integrand smooth in the cube root of u
             def smooth(root: FloatArray) -> FloatArray:
                 return integrand(root**3) * (3.0 * root * root)
 
@@ -282,12 +280,12 @@ class Machine:
         return 4.0 * math.sqrt(2.0 * top) * float(np.sum(parts))
 
     def _unbalanced_period(self, amplitude: float) -> float:
-        """Return the period of a swing from an angle of either sign; the other end may differ.
+        """Return the period of a swing from an angle of either sign, for a taut thread.
 
-        T = 2 ∫ √(M/(2(V(A) − V))) dϑ from end to end. That the thread is taut is not looked at.
+        T = 2 ∫ √(M/(2(V(A) − V))) dϑ from end to end, which need not be symmetric.
         """
         top = float(self.potential(amplitude))
-        # its period differs by the square of that, and its two ends are hardly two numbers
+        # the period differs by the square of 1e-7, and the two ends nearly coincide
         if abs(amplitude - self.rest_angle) < 1e-7:
             return self.small_period
         turn = self.far_turning(amplitude)
@@ -296,7 +294,7 @@ class Machine:
         def integrand(w: FloatArray) -> FloatArray:
             angle = middle + size * np.cos(w)
             kinetic = top - self.potential(angle)
-            # near its ends counted from there, without cancellation
+            # near its ends integrated from there, without cancellation
             sides = (amplitude, -(np.sin(0.5 * w) ** 2)), (turn, np.cos(0.5 * w) ** 2)
             for end, share in sides:
                 is_near = np.abs(share) < 0.05
@@ -312,7 +310,7 @@ class Machine:
     def far_turning(self, amplitude: float) -> float:
         """Return ϑ at the other end of a free swing of an unbalanced wheel on land [rad].
 
-        CamRangeError: the swing goes beyond the cam there.
+        CamRangeError: that end is beyond the cam.
         """
         centre, top = self.rest_angle, float(self.potential(amplitude))
         edge = math.copysign(self.cam.range_rad, centre - amplitude)
@@ -321,17 +319,17 @@ class Machine:
             if abs(turn) > abs(edge):
                 raise CamRangeError(
                     f'a swing from {amplitude!r} rad goes beyond the cam on the other side, at '
-                    f'{edge:.6g} rad: the wheel is unbalanced. Use a smaller amplitude'
+                    f'{edge:.6g} rad, since the wheel is unbalanced. Use a smaller amplitude'
                 )
             turn += 0.5 * (turn - centre)
         turn = float(np.clip(turn, -abs(edge), abs(edge)))
         return root_of(lambda angle: float(self.potential(angle)) - top, centre, turn, 1e-15)
 
     def raised(self, angle: ArrayLike) -> FloatArray:
-        """Return V(ϑ) − V(rest) of an unbalanced wheel, on land [J], to its digits at rest too."""
+        """Return V(ϑ) − V(rest) of an unbalanced wheel on land [J], without cancellation."""
         angle, centre = np.asarray(angle, np.float64), self.rest_angle
         energy = np.asarray(self.potential(angle) - self.potential(centre))
-        # from there counted along the slope, where no joint can be
+        # near rest by integrating the slope, if the lever arm is smooth there
         is_near = np.abs(angle - centre) < 0.05 * (0.0 if self.cam.joints.size else 1.0)
         is_near &= (angle * centre >= 0.0) | (not self.cam.kinked)
         way = (angle - centre)[is_near]
@@ -341,8 +339,8 @@ class Machine:
     def uneven_swing(self, amplitude: float, w: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return ϑ and dt/dW of a free swing of an unbalanced wheel on land, 0 < W < π, W ≠ π/2.
 
-        `raised` is that of the amplitude times cos²W, so that W runs from the amplitude to the
-        other end. With Y² = `raised`, dt/dW = √(M/2)/(dY/dϑ), dY/dϑ = V′/2Y.
+        `raised` at the amplitude times cos²W gives ϑ, from the amplitude to the other end. With
+        Y² = `raised`, dt/dW = √(M/2)/(dY/dϑ), dY/dϑ = V′/2Y.
         """
         centre, turn = self.rest_angle, self.far_turning(amplitude)
         goal = math.sqrt(float(self.raised(np.array([amplitude]))[0])) * np.cos(w)
@@ -365,7 +363,7 @@ class Machine:
     def swing(self, amplitude: float, u: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return ϑ ≥ 0 and dt/du along a quarter of a free swing on land, for any u in (0, π/2].
 
-        V = V(A) sin²u runs from the middle to the turning point as u goes from 0 to π/2.
+        V = V(A) sin²u: u runs from 0 in the middle to π/2 at the turning point.
         """
         top = float(self.potential(amplitude))
         angle, lift = self._along(amplitude, top, u)
@@ -389,12 +387,12 @@ class Machine:
         return float(self.cam.angle_of_lift(self.lift_of_potential(potential)))
 
     def _along(self, amplitude: float, top: float, u: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return ϑ and the lift where V = V(A) sin²u; `top` is V(A)."""
+        """Return ϑ and the lift at which V = V(A) sin²u, from `top` = V(A)."""
         cam = self.cam
         sine, kinetic = np.sin(u), top * np.cos(u) ** 2
         lift = self.lift_of_potential(top * sine * sine)
         angle = cam.angle_of_lift(lift)
-        # a corrected cam gives the angle of a lift in closed form
+        # a corrected cam has a closed form for the angle of a lift
         if not cam.knows_angle_of_lift:
             joint = cam.joints[cam.joints < amplitude].max(initial=0.0)
             is_near = (sine * sine > 0.5) & (angle > joint)
@@ -402,11 +400,10 @@ class Machine:
         return angle, lift
 
     def _angle_at(self, kinetic: FloatArray, guess: FloatArray, amplitude: float) -> FloatArray:
-        """Return the angle of a swing's kinetic energy [J], counted from its turning point.
+        """Return the angle of a swing's kinetic energy [J], by integrating from the turning point.
 
-        Where the lever arm decreases, counting from 0 would lose the last digits of the angle, at
-        which the wheel spends much time. From the approximate angle up to the amplitude the arm
-        must be smooth.
+        If the lever arm decreases, integrating from 0 would lose the last digits of the angle
+        there. The arm must be smooth from the guess up to the amplitude.
         """
         pull = float(self.pull(self.cam.lift(amplitude), self.gravity))
         drop = 2.0 * kinetic / (pull + np.sqrt(pull * pull - 2.0 * self.stiffness * kinetic))
@@ -420,7 +417,7 @@ class Machine:
 
 
 # -----------------------------------------------------------------------------
-# The base of all kinds of thread: keys, the machine that they make, refusals.
+# The base of all kinds of thread.
 
 THREADS = 'tauto_core.machines.threads'
 
@@ -432,12 +429,12 @@ class Parts(NamedTuple):
         inertia: I of the wheel [kg m2].
         cam: cam on the wheel.
         power: power that pulls the thread.
-        release_angle: angle of release of the wheel in its case, at rest at the start [rad].
+        release_angle: angle of the wheel in its case at release, from rest [rad].
         gravity: g [m/s2].
         drag: torques against the motion in the case, including the friction of resting teeth.
         escapement: the escapement.
-        imbalance: that of the wheel.
-        heat: how the machine changes with temperature and age.
+        imbalance: imbalance of the wheel.
+        heat: changes with temperature and age.
     """
 
     inertia: float
@@ -452,15 +449,15 @@ class Parts(NamedTuple):
 
 
 class ThreadKind(Kind):
-    """A thread. Each kind is a module of `machines/threads` that names its `KIND`.
+    """A thread. Each kind is a module of `machines/threads` with a `KIND`.
 
     Attributes:
-        moves_the_weight: whether the motion of the weight on the thread is part of the machine.
+        moves_the_weight: whether the machine includes the motion of the weight on the thread.
         upright: whether a weight keeps it along the apparent vertical.
         grows_alike: whether the parts of the machine must be of one material.
         compensable: whether a compensation may act on its pull.
-        takes_a_force: whether a force without mass may take the place of the weight that it moves.
-        takes_a_spring: whether a spring may draw at the weight that it moves.
+        takes_a_force: whether a force without mass may replace the weight that it moves.
+        takes_a_spring: whether a spring may pull at the weight that it moves.
     """
 
     moves_the_weight: ClassVar[bool] = False
@@ -474,49 +471,49 @@ class ThreadKind(Kind):
 
     @property
     def swinging_length(self) -> float:
-        """Length with which the weight swings about the apparent vertical [m]; 0: it does not."""
+        """Length with which the weight swings about the apparent vertical [m], or 0."""
         return 0.0
 
     @property
     def hole_distance(self) -> float:
-        """Distance of the hole from the axle [m]; inf without a hole."""
+        """Distance of the hole from the axle [m], inf without a hole."""
         return math.inf
 
     def setting(self, parts: Parts) -> Setting:
-        """Return the properties of the machine for which the cam is made."""
+        """Return the properties of the machine that determine the cam."""
         return Setting(parts.inertia, parts.power.pull, parts.gravity, self.hole_distance)
 
     def cam(self, parts: Parts) -> Cam:
-        """Return the cam that is made for this thread.
+        """Return the cam for this thread.
 
         Raises:
-            SceneError: a cam that cannot be made, or that is impossible (`possible_cam`).
+            SceneError: an impossible cam (`possible_cam`).
         """
         return possible_cam(parts.cam.made(self.setting(parts)), parts.cam.kind)
 
     def machine(self, parts: Parts) -> Regulator:
-        """Return the machine, here with an ideal thread.
+        """Return the machine.
 
         Raises:
-            SceneError: a cam that cannot be made.
+            SceneError: an impossible cam.
         """
         return self.ideal(parts)
 
     def ideal(self, parts: Parts) -> Machine:
-        """Return the machine as if the thread were ideal.
+        """Return the machine with an ideal thread.
 
         Raises:
-            SceneError: a cam that cannot be made.
+            SceneError: an impossible cam.
         """
         pull, cam = parts.power.pull, self.cam(parts)
         if pull.law is not None:
-            # slow to import, and needed by few
+            # slow to import, rarely needed
             from tauto_core.curves.cams.corrected import pulled
 
             cam = pulled(cam, pull.law)
         if parts.imbalance is not None:
             limit = pull.at_rest(parts.gravity) * float(cam.lever_rate(0.0)) / parts.gravity
-            # one that hangs straight down is a pendulum, and needs no thread to hold it
+            # a wheel that hangs straight down is a pendulum, stable without the thread
             if parts.imbalance.direction != 0.0 and not parts.imbalance.moment < limit:
                 raise SceneError(
                     'trochlea',
@@ -544,7 +541,7 @@ class ThreadKind(Kind):
     def problems(
         self, power: PowerKind, drag: DragKind | None, escapement: EscapementKind | None
     ) -> Iterator[Problem]:
-        """Yield the parts that cannot go with a thread that moves its weight."""
+        """Yield the parts that exclude a thread that moves its weight."""
         if not self.moves_the_weight:
             return
         pull, kind = power.pull, f'does not go with trochlea.thread.kind {self.kind}'
@@ -554,15 +551,14 @@ class ThreadKind(Kind):
                 'trochlea.power.kind',
                 power.kind,
                 f'{kind}, which carries a weight',
-                'Use power kind weight or weight_and_spring, or thread kind vertical or hole: '
-                'a thread without mass is straight between cam and hole, where it may be '
-                'anchored.',
+                'Use power kind weight or weight_and_spring, or thread kind vertical or hole: a '
+                'thread without mass runs straight from the cam to a hole or an anchor.',
             ),
             (
                 pull.pulling_mass and not pull.carried_mass,
                 'trochlea.power.massless',
                 True,
-                f'{kind}, where the weight moves the thread',
+                f'{kind}: its weight moves the thread',
                 'Leave it out, or use thread kind vertical.',
             ),
             (

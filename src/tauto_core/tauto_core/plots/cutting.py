@@ -1,8 +1,7 @@
 """The cam of a scene for the workshop: its cheeks, or the plate that carries both.
 
-Points are CSV; a drawing is DXF, or SVG to scale; a plate is also a paper template, or the solids
-of `plots.solids`. All files are in millimetres. Cheeks may be cut back by half the thickness of
-the thread.
+Points are CSV, a drawing is DXF or SVG to scale. A plate is also a paper template, or the solids
+of `plots.solids`. All files are in millimetres. Cheeks may be cut back by half the thread.
 """
 
 from __future__ import annotations
@@ -53,13 +52,13 @@ FEWEST_POINTS, MOST_POINTS = 2, 1_000_000
 THICKEST_MM = 100.0
 DRAWN = ('csv', 'svg', 'dxf')
 ENDINGS = {**{kind: f'.{kind}' for kind in DRAWN}, 'template': '.svg', 'step': '.step'}
-"""Endings of the files that a cam is written as; an STL is a folder."""
+"""Endings of the files of a cam. An STL is a folder."""
 
 PLATE_SIZES = {'thread_mm': 0.5, 'cutter_mm': 0.25, 'tolerance_mm': 1e-5}
-"""A thread, a cutter (the wire of a spark eroder) and a tolerance where none is given."""
+"""Default thread, cutter (the wire of a spark eroder) and tolerance."""
 
 AMPLITUDES = (0.1, 0.2, 0.5, 1.0)
-"""Amplitudes at which costs of a plate are given [rad], besides that of the release."""
+"""Amplitudes for the costs of a plate [rad], in addition to the release angle."""
 
 
 def _none() -> FloatArray:
@@ -68,30 +67,27 @@ def _none() -> FloatArray:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class CamOutline:
-    """The curve of a scene's cam, with the files and the plate that were made of it.
+    """The curve of a scene's cam, with its files and plate.
 
-    The points are those of one cheek in the frame of the wheel, origin at the axle; of the two
-    cheeks of a lever it is the one for positive angles. A curve in a fluid has the branch of
-    descent from its lowest point on, +y upwards, without angles and lever arms.
+    The points belong to the cheek for positive angles, in the wheel's frame with its origin at the
+    axle. A curve in a fluid has the branch of descent from its lowest point on, +y upwards,
+    without angles and lever arms.
 
     Attributes:
-        scene: the scene whose cam it is.
+        scene: the scene.
         x_m: x of the point, across the direction of the thread at rest, (n,) [m].
         y_m: y of the point, along that direction, (n,) [m].
         radius_of_curvature_m: radius of curvature at the point, (n,) [m].
-        angle_rad: angle of the wheel when the thread leaves the cheek at the point, (n,) [rad].
+        angle_rad: angle of the wheel at which the thread leaves the point, (n,) [rad].
         lever_arm_m: lever arm of the thread at that angle, (n,) [m].
         arc_m: arc of a curve in a fluid from its lowest point, (n,) [m].
         slope: sine of its inclination, (n,).
-        files: the files that were written.
-        reach_rad: angle of the wheel at which the cheeks end [rad]; None for a curve in a fluid.
-        acts_from_rad: angle from which on the thread touches the cheeks [rad], where its
-            thickness was given.
-        meeting_rad: angle at which the cheeks cross, where that is before they end [rad]: beyond
-            it they cannot be cut from one plate.
-        plate: the plate and its cost in rate, where it was asked for.
-        too_small: the holes of a plate that the smallest tool does not make, and the cure; see
-            `curves.drawing.too_small`.
+        files: the files written.
+        reach_rad: angle of the wheel at which the cheeks end [rad], None for a curve in a fluid.
+        acts_from_rad: least angle with the thread on the cheeks [rad], for a given thickness.
+        meeting_rad: angle at which the cheeks cross [rad], if they do. One plate ends there.
+        plate: the plate and its cost in rate, on request.
+        too_small: warning about holes of a plate (`curves.drawing.too_small`).
     """
 
     scene: Scene
@@ -121,7 +117,7 @@ class CamOutline:
 
     @property
     def keys_left_out(self) -> tuple[str, ...]:
-        """Sections of the scene that have no part in it: the cam has `trochlea.at_celsius`."""
+        """Sections of the scene that do not affect the cam, which is at `trochlea.at_celsius`."""
         return self.scene.sections_besides()
 
     def columns(self) -> dict[str, FloatArray]:
@@ -135,7 +131,7 @@ class CamOutline:
         }
 
     def facts(self) -> dict[str, object]:
-        """Return points and ends for JSON; of a plate, its dimensions and costs."""
+        """Return points and ends for JSON, or the dimensions and costs of a plate."""
         left_out = {'keys_left_out': list(self.keys_left_out), 'too_small': self.too_small}
         if self.plate is not None:
             return self.plate.facts() | left_out
@@ -151,10 +147,10 @@ class CamOutline:
 def check_cut(
     files: Mapping[str, Path], sizes: Mapping[str, float], is_plate: bool, points: int
 ) -> None:
-    """Refuse, before a scene is read, what no cam is cut with: a UsageError.
+    """Check the arguments before a scene is read.
 
-    That is another ending, a place where no file can be written, a size of a plate where none is
-    made, too few or too many points, and a thread too thick for any cam.
+    UsageError: a wrong ending, a place without write access, a size of a plate without a plate,
+    too few or too many points, or a thread too thick for any cam.
     """
     thread_mm = sizes.get('thread_mm', 0.0)
     for name, ending in ENDINGS.items():
@@ -171,8 +167,8 @@ def check_cut(
     if not FEWEST_POINTS <= points <= MOST_POINTS:
         raise UsageError(
             Argument('points', points, spaced=True),
-            f': must be {FEWEST_POINTS} to {MOST_POINTS} on each cheek. Give another, or leave it '
-            'out',
+            f': must be {FEWEST_POINTS} to {MOST_POINTS} on each cheek. Leave it out for the '
+            'default',
         )
     if is_plate:
         return
@@ -193,8 +189,7 @@ def check_cut(
     if thread_mm and not files:
         raise UsageError(
             Argument('thread_mm', f'{thread_mm} mm', spaced=True),
-            ': counts for a cheek that is written; the points shown are those of a thin thread. '
-            'Add ',
+            ': counts for a cheek in a file, and the table shows a thin thread. Add ',
             *(Argument('csv'), ', ', Argument('svg'), ' or ', Argument('dxf')),
             ', or leave it out',
         )
@@ -210,14 +205,22 @@ def outline_of(
     *,
     lines: bool = False,
 ) -> CamOutline:
-    """Return a scene's cam, or its curve in a fluid, and write what is asked for.
+    """Return a scene's cam, or its curve in a fluid, and write or replace its files.
 
-    The files are by the argument of `tauto.cam`; existing ones are replaced. Each cheek or branch
-    has so many points, up to `reach_rad` within the cam (None: `cam_extent`), and is cut back by
-    half the thickness of the thread, one of the sizes [mm]; the others are those of a plate. With
-    `lines` a DXF has no arcs. A reach beyond the cam, a thread that it cannot guide, either for a
-    curve in a fluid, and what `check_cut` and `plate_of` refuse, are a UsageError; a cam or curve
-    that cannot be built is a SceneError, a file that cannot be written an OutputError.
+    Args:
+        scene: the scene.
+        files: paths by the argument of `tauto.cam`.
+        sizes: thickness of the thread and sizes of a plate [mm], by name.
+        is_plate: whether to make a plate.
+        points: points on each cheek or branch.
+        reach_rad: end of the cheeks [rad], within the cam, by default `cam_extent`.
+        lines: whether a DXF has chords in place of arcs.
+
+    Raises:
+        UsageError: see `check_cut` and `plate_of`, a reach beyond the cam, a thread that it cannot
+            guide, or either of these for a curve in a fluid.
+        SceneError: a cam or curve that cannot be built.
+        OutputError: a file that cannot be written.
     """
     check_cut(files, sizes, is_plate, points)
     plate = plate_of(scene, reach_rad, sizes) if is_plate else None
@@ -228,7 +231,7 @@ def outline_of(
     written: list[Path] = []
     if plate is not None:
         drawing = plate.drawing()
-        # solids first: a wheel that does not fit is refused before any file is written
+        # solids first, which may be refused, before any file is written
         if 'step' in files or 'stl' in files:
             from tauto_core.plots.solids import THICKNESS_MM, write_solids
 
@@ -273,10 +276,10 @@ def _fluid_curve(
     x, y = (MM_PER_M * part for part in fluid_outline(curve, points))
     ascent = curve.ascent_cusp
     words = [
-        'millimetres, 1:1; origin: the lowest point; +y: upwards; descents begin on the right',
-        f'pendulum in vacuum {MM_PER_M * curve.pendulum_length:.6g} mm; kappa {curve.kappa:.6g} '
-        f'1/m; gamma {curve.gamma:.6g}',
-        f'arc of descent to its cusp {MM_PER_M * curve.descent_cusp:.6g} mm; of ascent '
+        'millimetres, 1:1. Origin: the lowest point, +y upwards. Descents begin on the right',
+        f'pendulum in vacuum {MM_PER_M * curve.pendulum_length:.6g} mm, kappa {curve.kappa:.6g} '
+        f'1/m, gamma {curve.gamma:.6g}',
+        f'arc of descent to its cusp {MM_PER_M * curve.descent_cusp:.6g} mm, of ascent '
         + (f'{MM_PER_M * abs(ascent):.6g} mm' if math.isfinite(ascent) else 'without end'),
     ]
     drawing = explained(scene.name, [Line(CURVE, x, y)], [Circle(AXLE, 0.0, 0.0, 1.0)], words)
@@ -288,8 +291,8 @@ def _cheeks(
 ) -> tuple[CamOutline, dict[str, FloatArray], Drawing]:
     """Return the cheeks of a scene, their points and their drawing.
 
-    The points go from the end of the cheek for negative angles to the end of the other, which is
-    on the left of the drawing. A tip that both share is one row.
+    The points go from the end of the cheek for negative angles, on the right of the drawing, to
+    the end of the other. A common tip is one row.
     """
     assert scene.trochlea is not None
     reach, thread_mm = cam_extent(scene) if reach_rad is None else reach_rad, sizes['thread_mm']
@@ -339,7 +342,7 @@ def _cheeks(
         raise UsageError(
             Argument('thread_mm', f'{thread_mm:g} mm', spaced=True),
             f': bends round the edges of the cheeks up to {acts_from:.4g} rad, and the wheel '
-            f'is released at {release:.4g} rad: it never touches them. Use a thinner thread',
+            f'is released at {release:.4g} rad, short of them. Use a thinner thread',
         )
     outline = CamOutline(
         scene,
@@ -351,12 +354,12 @@ def _cheeks(
         too_small=small,
     )
     words = [
-        'millimetres, 1:1; origin: the axle; +y: the thread at rest; cut CHEEK_LEFT, CHEEK_RIGHT',
+        'millimetres, 1:1. Origin: the axle, +y: the thread at rest. Cut CHEEK_LEFT, CHEEK_RIGHT',
         *words,
-        f'cheeks cut back by half the thread, {thread_mm:.6g} mm thick; they act from {acts} rad '
+        f'cheeks cut back by half the thread, {thread_mm:.6g} mm thick, which act from {acts} rad '
         'on'
         if thread_mm
-        else 'for a thin thread: nothing is taken off for its thickness',
+        else 'for a thin thread, not cut back',
     ]
     lines = [
         Line(name, MM_PER_M * side.x, MM_PER_M * side.y)
@@ -386,8 +389,8 @@ def _check_reach(reach_rad: float, range_rad: float) -> None:
     if not 0.0 < reach_rad <= range_rad:
         raise UsageError(
             Argument('reach_rad', f'{reach_rad!r} rad', spaced=True),
-            f': must be > 0 and within the range of the cam, {range_rad!r} rad. Give another, or '
-            'leave it out',
+            f': must be > 0 and within the range of the cam, {range_rad!r} rad. Leave it out for '
+            'the default',
         )
 
 
@@ -401,8 +404,8 @@ def _cam_words(cam: Cam, reach_rad: float) -> list[str]:
     )
     is_endless, is_upright = math.isinf(cam.range_rad), math.isinf(cam.hole_distance)
     return [
-        f'{name} {rate}; lever arm at {reach}: {widest}',
-        f'range of the cam {"without end" if is_endless else f"{cam.range_rad:.6g} rad"}; '
+        f'{name} {rate}, lever arm at {reach}: {widest}',
+        f'range of the cam {"without end" if is_endless else f"{cam.range_rad:.6g} rad"}, '
         f'drawn up to {reach}',
         f'length of thread wound at {reach}: {wound}',
         'thread vertical'
@@ -418,23 +421,23 @@ def _lever_words(
     assert scene.trochlea is not None
     arc = getattr(scene.trochlea.thread, 'arc', None) is not None
     place = (
-        'place where the thread at rest touches the arc, of'
+        'point of the arc touched by the thread at rest, of'
         if arc
         else 'end B of the thread at rest, AB'
     )
     on_right = ', on the right' if shape.side < 0.0 else ''
     return [
-        f'base radius {MM_PER_M * shape.base_radius:.6g} mm; drawn to {left.angle[-1]:.6g} rad',
-        f'fulcrum level with the {place} {MM_PER_M * shape.arm:.6g} mm{on_right}; '
+        f'base radius {MM_PER_M * shape.base_radius:.6g} mm, drawn to {left.angle[-1]:.6g} rad',
+        f'fulcrum level with the {place} {MM_PER_M * shape.arm:.6g} mm{on_right}, '
         f'free thread {MM_PER_M * shape.length:.6g} mm',
     ]
 
 
 # -----------------------------------------------------------------------------
-# A drawing to scale in millimetres, with all that must be known to cut it.
+# A drawing to scale in millimetres, with its dimensions.
 
 TEXT_MM, TEXT_OF_WIDTH = 2.5, 0.014
-"""Height of letters: the smallest, and its share of the width of a wide drawing."""
+"""Least height of letters [mm], and its share of the width of a wide drawing."""
 
 LETTER, LINE = 0.62, 1.6
 """Largest width of a letter, and distance of lines, over the height of letters."""
@@ -442,10 +445,10 @@ LETTER, LINE = 0.62, 1.6
 CHEEK_LEFT, CHEEK_RIGHT, CURVE = 'CHEEK_LEFT', 'CHEEK_RIGHT', 'CURVE'
 THREAD, AXLE, BASE_CIRCLE, HOLE = 'THREAD', 'AXLE', 'BASE_CIRCLE', 'HOLE'
 CUT = (CHEEK_LEFT, CHEEK_RIGHT, CURVE, 'PLATE', 'BORE', 'PIN')
-"""Layers that are cut; all others are for information, but TOOL, the path of a cutter."""
+"""Layers to cut. TOOL is the path of a cutter, and all others are information."""
 
 VIEW_MM, VIEW_SCALES = 75.0, (5, 10, 20, 50, 100)
-"""Largest side of an enlarged view, and its scales: a drawing of 15 mm is small."""
+"""Largest side of an enlarged view [mm], and its scales, for drawings up to 15 mm."""
 
 _GAP_MM, _MARGIN_MM = 4.0, 5.0
 _BARS_MM = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
@@ -453,7 +456,7 @@ _BLUE = '#1f77b4'
 
 
 class Line(NamedTuple):
-    """A line [mm]: open and straight between its points, or a closed path of arcs (`ArcPath`)."""
+    """A line [mm], an open polyline or a closed path of arcs (`ArcPath`)."""
 
     layer: str
     x: FloatArray
@@ -461,7 +464,7 @@ class Line(NamedTuple):
     bulge: FloatArray | None = None
 
     def svg(self) -> str:
-        """Return the line as the data of an SVG path, y upwards turned to y downwards."""
+        """Return the data of an SVG path, with y downwards."""
         parts = [f'M{self.x[0]:.6f} {-self.y[0]:.6f}']
         if self.bulge is None:
             ends = zip(self.x[1:], self.y[1:], strict=True)
@@ -473,13 +476,13 @@ class Line(NamedTuple):
                 parts.append(f'L{x:.6f} {-y:.6f}')
                 continue
             radius = 0.25 * chord * (1.0 / abs(bulge) + abs(bulge))
-            # no arc turns by more than half a turn; with y downwards a left turn is SVG's flag 0
+            # arcs turn by at most half a turn. With y downwards a left turn is SVG's flag 0
             parts.append(f'A{radius:.6f} {radius:.6f} 0 0 {int(bulge < 0.0)} {x:.6f} {-y:.6f}')
         return ''.join(parts) + 'Z'
 
 
 class Note(NamedTuple):
-    """A line of text; (x, y) is where its base line begins [mm]."""
+    """A line of text, with (x, y) at the beginning of its base line [mm]."""
 
     x: float
     y: float
@@ -492,9 +495,9 @@ class Drawing:
 
     Attributes:
         title: title of the drawing.
-        lines: what is cut first.
+        lines: lines, those to cut first.
         circles: axle, base circle and holes.
-        notes: dimensions in words, from the top down, no wider than the drawing or 75 mm.
+        notes: dimensions in words, from the top down, as wide as the drawing or 75 mm.
         text_mm: height of letters.
     """
 
@@ -525,7 +528,7 @@ class Drawing:
         return float(np.min(x)), low, float(np.max(x)), float(np.max(y))
 
     def shapes(self, pen: float = 1.0) -> str:
-        """Return lines and circles as SVG, y downwards, thinner where nothing is cut."""
+        """Return lines and circles as SVG, y downwards, thinner if they are not cut."""
 
         def style(layer: str) -> str:
             colour, width = ('black', 0.18) if layer in CUT else (_BLUE, 0.11)
@@ -541,8 +544,8 @@ class Drawing:
     def enlarged(self, across: float, above: float) -> tuple[str, float, float]:
         """Return a small drawing enlarged, as SVG, with its width and height [mm].
 
-        Its left upper corner is at (across, above), y upwards; of one that is not small it is
-        empty. A DXF has none: a cutter would follow it.
+        Its left upper corner is at (across, above), y upwards. It is empty for a drawing that is
+        not small. A DXF leaves it out, since a cutter would follow it.
         """
         drawing = Drawing(self.title, [a for a in self.lines if a.layer != 'SCALE'], self.circles)
         left, low, right, top = drawing.box
@@ -564,10 +567,7 @@ class Drawing:
         )
 
     def svg(self) -> bytes:
-        """Return the drawing as SVG to scale, in millimetres on paper; a small one also enlarged.
-
-        The enlarged view is on the right of all else.
-        """
+        """Return the drawing as SVG to scale, with a small one enlarged on the right."""
         left, low, right, top = self.box
         ends = (note.x + LETTER * self.text_mm * len(note.text) for note in self.notes)
         right = max(right, *ends)
@@ -589,14 +589,14 @@ class Drawing:
     def dxf(self, sagitta: float | None = None) -> bytes:
         """Return the drawing as DXF R2010 in millimetres, a layer for each kind of line.
 
-        With a sagitta [mm] it is R12, and chords that leave arcs by at most that replace them.
+        With a sagitta [mm] it is R12, with chords within it in place of arcs.
         """
         from ezdxf import options, units  # type: ignore[attr-defined]
         from ezdxf.document import Drawing as Document
         from ezdxf.filemanagement import new
 
         options.write_fixed_meta_data_for_testing = True  # no dates, no random GUID
-        # R12 has no place for the unit, which the notes name; `new` would warn of that
+        # R12 has no unit, which the notes name, and `new` would warn
         document = (
             new('R2010', setup=False, units=units.MM) if sagitta is None else Document.new('R12')
         )
@@ -644,7 +644,7 @@ def explained(
     place = low - _GAP_MM
     ticks = np.array([1.0, -1.0, 0.0, 0.0, 1.0, -1.0]) * text_mm / TEXT_MM
     along = np.array([0.0, 0.0, 0.0, bar, bar, bar])
-    # the text beside a small cam is 75 mm wide
+    # the text next to a small cam is 75 mm wide
     letters = int(max(width, 75.0) / (LETTER * text_mm))
     words = [
         line
@@ -687,9 +687,9 @@ class ScenePlate:
         name: name of the scene.
         plate: the plate.
         cam: the cam.
-        setting: the machine for which the cam is made.
+        setting: the machine of the cam.
         rates: the effect of the plate on the rate of free swings on land.
-        files: the files written of it.
+        files: its files.
     """
 
     name: str
@@ -700,7 +700,7 @@ class ScenePlate:
     files: tuple[Path, ...] = ()
 
     def words(self, *, tool: bool = True) -> list[str]:
-        """Return the dimensions and costs in words, a line each; that of the tool if drawn."""
+        """Return the dimensions and costs in words, a line each, with the tool if drawn."""
         plate, holes = self.plate, self.plate.holes
         small = 0.2 if 0.2 in self.rates.amplitude_rad else float(self.rates.amplitude_rad[0])
         at = int(np.argmin(np.abs(self.rates.amplitude_rad - small)))
@@ -709,13 +709,13 @@ class ScenePlate:
             for cost in (self.rates.edge, self.rates.outline, self.rates.one_micrometre)
         )
         words = [
-            'millimetres, 1:1; origin: the axle; +y: the thread at rest',
-            f'thread {plate.cheek.thread:g} mm in a slot {plate.slot:.4g} mm wide; the cheeks act '
+            'millimetres, 1:1. Origin: the axle, +y: the thread at rest',
+            f'thread {plate.cheek.thread:g} mm in a slot {plate.slot:.4g} mm wide. The cheeks act '
             f'from {plate.acts_from_rad:.4g} to {plate.reach_rad:.4g} rad',
-            f'bore {2.0 * holes[0].radius:g} mm; two pin holes {2.0 * holes[1].radius:g} mm at '
+            f'bore {2.0 * holes[0].radius:g} mm, two pin holes {2.0 * holes[1].radius:g} mm at '
             f'({holes[1].x:.5g}, {holes[1].y:.5g}) and ({holes[2].x:.5g}, {holes[2].y:.5g})',
             f'{len(plate.cheek.radius)} arcs a cheek, within {plate.tolerance:g} mm',
-            f'rounded cusp: {edge} s/day at {small:g} rad; with the arcs {outline} s/day',
+            f'rounded cusp: {edge} s/day at {small:g} rad, with the arcs {outline} s/day',
             f'both cheeks cut a micrometre too deep: {deep} s/day at {small:g} rad',
         ]
         if tool and plate.tool is not None:
@@ -726,7 +726,7 @@ class ScenePlate:
         return words
 
     def drawing(self) -> Drawing:
-        """Return the plate as a drawing; what is cut, and the path of a cutter."""
+        """Return the plate and the path of a cutter as a drawing."""
         plate = self.plate
         lines = [Line('PLATE', *plate.outline)]
         lines += [Line('TOOL', *plate.tool)] if plate.tool is not None else []
@@ -766,17 +766,16 @@ def plate_of(
 ) -> ScenePlate:
     """Return the plate of a scene's cam, and its cost in rate on land.
 
-    The sizes are those of `cam_plate` [mm], by default `PLATE_SIZES`; without a reach the cheeks
-    end at `cam_extent`. UsageError: a scene without a pair of mirror-image cheeks, or as by
-    `cam_plate`; SceneError: a cam that cannot be built.
+    The sizes of `cam_plate` [mm] default to `PLATE_SIZES`, the reach [rad] to `cam_extent`.
+    UsageError: see `cam_plate`, or a scene without a pair of mirror-image cheeks. SceneError: a
+    cam that cannot be built.
     """
     trochlea = scene.trochlea
     if trochlea is None or trochlea.cam.kind == 'lever_corrected':
         raise UsageError(
             Argument('scene', scene.name, spaced=True),
-            ': has no pair of mirror-image cheeks, of which a plate is made. Without ',
+            ': has no pair of mirror-image cheeks for a plate. Other curves are drawn without ',
             Argument('plate', True),
-            ' other curves are drawn, too',
         )
     cam = trochlea.made_cam(scene.g)
     reach = cam_extent(scene) if reach_rad is None else reach_rad
@@ -805,7 +804,7 @@ _LETTERS = 88
 def write_template(path: Path, made: ScenePlate) -> None:
     """Write a plate to scale on a sheet of A4, with a line to check the print.
 
-    A file that exists is replaced. UsageError: a plate larger than the sheet.
+    It replaces an existing file. UsageError: a plate larger than the sheet.
     """
     plate = made.plate
     x, y = plate.outline.polygon(1e-3)
@@ -820,7 +819,7 @@ def write_template(path: Path, made: ScenePlate) -> None:
             ', in parts, or give a smaller ',
             Argument('reach_rad'),
         )
-    # y points down on paper; the thread at rest is drawn from beyond the plate on
+    # y points down on paper. The thread at rest begins outside the plate
     shapes = Drawing(made.name, [Line('PLATE', *plate.outline)], plate.holes)
     view = shapes.enlarged(0.5 * PAPER_MM[0] - MARGIN_MM, -2.0 * MARGIN_MM)[0]
     share = 0.25 if view else 0.5

@@ -1,9 +1,8 @@
 """Wheel, cheeks and axle of a scene as solids: STEP and STL, by the extra `cad` (build123d).
 
-The scene gives the moment of inertia of all that turns. Cheeks, axle and a web of the thickness of
-the plate are given; the rim is a brass ring of square section, so large that the sum is right.
-Frame: x and y of the plate, z along the axle, 0 where cheeks and web touch. Lengths in
-millimetres.
+The scene gives the total moment of inertia. The rim, a brass ring of square section, adds to
+cheeks, axle and a web as thick as the plate what this total takes. Frame: x and y of the plate,
+z along the axle from the plane between cheeks and web. Lengths in millimetres.
 """
 
 from __future__ import annotations
@@ -25,17 +24,17 @@ from tauto_core.scene.errors import Argument, TautoError, UsageError, install
 
 KG_PER_MM3 = BRASS_KG_M3 / MM_PER_M**3
 THINNEST_MM, THICKNESS_MM, THICKEST_MM = 0.1, 2.0, 100.0
-"""Thickness of a plate: the least, that where none is given, the greatest."""
+"""Least, default and greatest thickness of a plate."""
 
 STUB = 5.0
 """Length of the axle on either side of cheeks and web, over its diameter."""
 
 ROUND_MM = 1e-3
-"""Sagitta of the facets of wheel and axle; that of the cheeks is the tolerance of the plate."""
+"""Sagitta of the facets of wheel and axle. The cheeks have the tolerance of the plate."""
 
 
 class CadError(TautoError):
-    """Solids that cannot be made, since the extra `cad` is not installed."""
+    """Solids without the extra `cad`."""
 
 
 @dataclass(frozen=True)
@@ -56,14 +55,14 @@ class WheelSizes:
 
 
 def check_solids(thickness_mm: float) -> None:
-    """Refuse a thickness beyond THINNEST_MM to THICKEST_MM (UsageError), and a missing library.
+    """Check thickness and library.
 
-    Without build123d it is a CadError.
+    UsageError: a thickness outside THINNEST_MM to THICKEST_MM. CadError: no build123d.
     """
     if not THINNEST_MM <= thickness_mm <= THICKEST_MM:
         raise UsageError(
             Argument('thickness_mm', thickness_mm, spaced=True),
-            f': must be {THINNEST_MM:g} to {THICKEST_MM:g} mm. Give another, or leave it out',
+            f': must be {THINNEST_MM:g} to {THICKEST_MM:g} mm. Leave it out for the default',
         )
     try:
         version('build123d')
@@ -76,9 +75,9 @@ def check_solids(thickness_mm: float) -> None:
 
 
 def wheel_sizes(plate: Plate, inertia: float, thickness_mm: float) -> WheelSizes:
-    """Return the sizes with which wheel, cheeks and axle have a moment of inertia [kg m2].
+    """Return the sizes of wheel, cheeks and axle for a total moment of inertia [kg m2].
 
-    UsageError: cheeks and axle alone have more.
+    UsageError: cheeks, axle and the smallest wheel have more.
     """
     stub = STUB * 2.0 * plate.holes[0].radius
     wanted = inertia * MM_PER_M**2 / KG_PER_MM3
@@ -104,7 +103,7 @@ def wheel_sizes(plate: Plate, inertia: float, thickness_mm: float) -> WheelSizes
         ring = (disc(outer) - disc(inner)) * side
         return fixed + ring + (disc(inner) - holes) * thickness_mm
 
-    # inside the rim the plate has room
+    # the plate fits inside the rim
     lower = float(np.max(np.hypot(x, y))) / (1.0 - 0.5 * RIM_SIDE)
     if total(lower) > wanted:
         raise UsageError(
@@ -131,8 +130,8 @@ def write_solids(
 ) -> list[Path]:
     """Write wheel, cheeks and axle as one STEP file and as STL files in a folder.
 
-    Returns the files; existing ones are replaced. Errors: those of `check_solids` and
-    `wheel_sizes`, and OutputError.
+    Existing files are replaced. Errors: see `check_solids` and `wheel_sizes`. OutputError: a file
+    that cannot be written.
     """
     check_solids(thickness_mm)
     sizes = wheel_sizes(plate, inertia, thickness_mm)
@@ -149,8 +148,8 @@ def write_solids(
             written.append((step, assembly.read_bytes()))
         if stl is not None:
             for label, part in parts.items():
-                # build123d's tolerance is relative to the size of an edge; of facets only the
-                # sagitta counts, not the angle between them
+                # build123d's tolerance is relative to the size of an edge, and only the sagitta of
+                # facets counts here
                 relative = (
                     plate.tolerance / float(np.max(np.abs(np.diff(plate.cheek.vertex))))
                     if label == 'cheeks'

@@ -1,4 +1,4 @@
-"""A cheek in the form of a circular arc, an assumption for those before Euler."""
+"""A cheek in the form of a circular arc, an assumption for clocks before Euler."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from tauto_core.scene.sections import NonNegative, Positive
 class CircularArc(Cam):
     """An assumed cheek before Euler: half a circle, vertical at its root, d below the axle.
 
-    Euler says that the shape was found by repeated trial, and names none (E6, I).
+    Euler says that the shape was found by repeated trial, and does not name it (E6, I).
 
     t = sgn ϑ (d sin|ϑ| + R (1 − cos ϑ)), for a vertical thread. t'' jumps from −R to R at rest.
-    The circle's centre is (∓R, d). The range is half a turn; there the thread has gone round the
-    half disc and leaves it at its outer corner (∓2R, d), level with the root. Up to there it meets
-    neither the other cheek nor the axle, and t > 0, so that the well rises all the way.
+    The circle's centre is (∓R, d). The range is half a turn, at which the thread leaves the half
+    disc at its outer corner (∓2R, d), level with the root. Within it t > 0, and the thread meets
+    neither the other cheek nor the axle.
 
     Attributes:
         radius: R of the arc [m], > 0.
-        root_depth: d [m], ≥ 0; with 0, the cheeks rooted in the axle as Euler has them (E6, II),
-            t goes as ϑ², and small swings have no period.
+        root_depth: d [m], ≥ 0. Cheeks rooted in the axle as Euler has them (E6, II), d = 0, have
+            t ∝ ϑ² and no period of small swings.
     """
 
     radius: float
@@ -81,12 +81,12 @@ class CircularArcCam(CamKind):
     kind: Literal['circular_arc'] = 'circular_arc'
     radius: Positive = Field(description='radius of the arc [m]')
     root_depth: NonNegative = Field(
-        description='depth of its root below the axle [m]; 0, in the axle itself: small swings '
-        'have no period then, and that of the swing as released stands for it'
+        description='depth of its root below the axle [m]. With 0 small swings have no '
+        'period, and the swing from the release angle gives it'
     )
 
     def made(self, setting: Setting) -> CircularArc:
-        """Return the arc; it is the same for any wheel and power."""
+        """Return the arc, the same for any wheel and power."""
         return CircularArc(self.radius, self.root_depth)
 
 

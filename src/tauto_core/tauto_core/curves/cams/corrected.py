@@ -1,12 +1,12 @@
-"""Isochronous cams for powers with inertia or stiffness, for which Euler's two are not.
+"""Isochronous cams for powers with inertia or stiffness, unlike Euler's two.
 
-The well is exactly harmonic in the arc s = ∫ √(I + m t²) dϑ when V = ½ ω² s². With a weight of
-mass m, V = m g h, and in the plane (√(I/m) ϑ, h) the machine moves like a bead on a wire, which
-must be Huygens' cycloid. With a massless spring, V = P h + κh²/2 = ½ k ϑ², k = I ω²; a force of
-another law has its own integral. The equations are those of docs/theory/cams.md, section D.
+The well is exactly harmonic in the arc s = ∫ √(I + m t²) dϑ if V = ½ ω² s². With a weight of mass
+m, V = m g h, and in the plane (√(I/m) ϑ, h) the machine moves like a bead on a wire, which must be
+Huygens' cycloid. With a massless spring, V = P h + κh²/2 = ½ k ϑ², k = I ω². Another force has its
+own integral (docs/theory/cams.md, section D).
 
-Both take a vertical thread or one through a hole. Only with a hole is the weight's motion
-strictly along the thread; a vertical thread is the limit of a long one (A in wheel.md).
+All take a vertical thread or one through a hole. A weight moves strictly along the thread only
+with a hole. A vertical thread is the limit of a long one (A in wheel.md).
 """
 
 from __future__ import annotations
@@ -47,15 +47,15 @@ from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import SceneError
 
 STEEPEST_THREAD = 1000.0
-"""tan χ at the edge of a weight's cam on a vertical thread, where t grows without bound."""
+"""tan χ at the edge of a weight's cam on a vertical thread, near the pole of t."""
 
 
 class CorrectedCam(Cam):
-    """A cam whose lever arm departs from t'(0)·ϑ so that one power train is isochronous.
+    """A cam that makes one power train isochronous by a lever arm other than t'(0)·ϑ.
 
     Attributes:
         rate: t'(0) [m/rad], > 0.
-        distance: distance of the hole from the axle, a [m]; inf for a vertical thread.
+        distance: distance of the hole from the axle, a [m], inf for a vertical thread.
     """
 
     rate: float
@@ -64,7 +64,7 @@ class CorrectedCam(Cam):
 
     @property
     def hole_distance(self) -> float:
-        """Distance a of the hole [m]; inf for a vertical thread."""
+        """Distance a of the hole [m], inf for a vertical thread."""
         return self.distance
 
     @abstractmethod
@@ -80,17 +80,17 @@ class CorrectedCam(Cam):
 
 @dataclass(frozen=True)
 class WeightCorrected(CorrectedCam):
-    """The isochronous cam for a weight that has inertia.
+    """The isochronous cam for a weight with inertia.
 
     With λ = √(I/m), L = λ²/r = g/ω² and the slope χ of the cycloid:
     ϑ = (L/2λ)(χ + sin χ cos χ), h = (L/2) sin²χ, t = λ tan χ, t' = r sec⁴χ, t'' = 4(λ³/L²) tan χ
-    sec⁶χ. The arc is L√m sin χ. On a vertical thread the range is πλ/(4r), less 4e-10 of it; there
-    the lever arm is 1000 λ and grows without bound. Through a hole at distance a, tan χ ≤ a/λ.
+    sec⁶χ. The arc is L√m sin χ. On a vertical thread the range is πλ/(4r) less 4e-10 of it, with a
+    lever arm of 1000 λ just before its pole. Through a hole at distance a, tan χ ≤ a/λ.
 
     Attributes:
         rate: r = t'(0) = I ω²/(m g) [m/rad], > 0.
         mass_ratio: m/I [1/m²], > 0.
-        distance: distance of the hole from the axle, a [m]; inf for a vertical thread.
+        distance: distance of the hole from the axle, a [m], inf for a vertical thread.
     """
 
     rate: float
@@ -109,12 +109,12 @@ class WeightCorrected(CorrectedCam):
 
     @property
     def range_rad(self) -> float:
-        """Angle where t reaches the hole; on a vertical thread πλ/(4r), less 4e-10 of it [rad]."""
+        """Angle at which t reaches the hole, or the range on a vertical thread [rad]."""
         return float(self.angle_of_slope(min(self.distance / self.gyration, STEEPEST_THREAD)))
 
     @property
     def drawn_rad(self) -> float:
-        """At most a turn, on a vertical thread up to t = λ [rad]; beyond, it is too wide."""
+        """At most a turn, on a vertical thread up to t = λ [rad], before it gets too wide."""
         steepest = STEEPEST_THREAD if math.isfinite(self.distance) else 1.0
         return min(self.range_rad, math.tau, float(self.angle_of_slope(steepest)))
 
@@ -129,13 +129,13 @@ class WeightCorrected(CorrectedCam):
         return 1.0 / (self.mass_ratio * self.rate)
 
     def angle_of_slope(self, slope: ArrayLike) -> FloatArray:
-        """Return ϑ ≥ 0 [rad] where tan χ = t/λ has the value ≥ 0."""
+        """Return ϑ ≥ 0 [rad] of tan χ = t/λ ≥ 0."""
         slope = np.asarray(slope, dtype=np.float64)
         halved = np.arctan(slope) + slope / (1.0 + slope * slope)
         return np.asarray(0.5 * self.gyration / self.rate * halved)
 
     def slope(self, angle: ArrayLike) -> FloatArray:
-        """Return tan χ = t/λ, odd in ϑ; Kepler's equation χ + sin χ cos χ = 2rϑ/λ."""
+        """Return tan χ = t/λ, odd in ϑ, from Kepler's equation χ + sin χ cos χ = 2rϑ/λ."""
         angle = self.within(angle)
         return np.copysign(self._slope(np.abs(angle)), angle)
 
@@ -143,7 +143,7 @@ class WeightCorrected(CorrectedCam):
         x = np.asarray(x)
         per_rad, flat = 2.0 * self.rate / self.gyration, np.atleast_1d(x)
         mean = per_rad * flat
-        # from three quarters of the way to the edge at π/2 the angle is counted from there
+        # beyond three quarters of the way to π/2 the angle counts from π/2
         values, is_near = np.empty_like(mean), mean < 1.2
         if is_near.any():
             part = mean[is_near]
@@ -152,13 +152,13 @@ class WeightCorrected(CorrectedCam):
                 cosine = np.cos(chi)
                 return chi + np.sin(chi) * cosine - part, 2.0 * cosine * cosine
 
-            # two terms of the series of χ about the middle; χ lies within half of the mean and all
+            # two terms of the series of χ about the middle, half of the mean ≤ χ ≤ the mean
             start, bracket = 0.5 * part * (1.0 + part * part / 12.0), (0.5 * part, part)
             values[is_near] = np.tan(
                 bracketed_newton(rising, start, bracket, relative=ROOT_ROUNDING, absolute=1e-17)
             )
         if not is_near.all():
-            # near the edge the angle is counted from there: w = π/2 − χ, w − sin w cos w = left
+            # w = π/2 − χ, w − sin w cos w = gap
             edge = 0.25 * math.pi * self.gyration / self.rate
             gap = per_rad * (edge - flat[~is_near])
 
@@ -166,7 +166,7 @@ class WeightCorrected(CorrectedCam):
                 sine = np.sin(w)
                 return 0.5 * sine_defect(2.0 * w) - gap, 2.0 * sine * sine
 
-            # w − sin w cos w = ⅔w³ − …, whose second term gives the factor of the start
+            # w − sin w cos w = ⅔w³ − …: the second term gives the factor of the start
             w = np.cbrt(1.5 * gap)
             start, bracket = w * (1.0 + w * w / 15.0), (0.5 * w, 2.0 * w)
             values[~is_near] = 1.0 / np.tan(
@@ -239,14 +239,14 @@ class WeightCorrected(CorrectedCam):
 class SpringCorrected(CorrectedCam):
     """The isochronous cam for a spring of any stiffness without mass.
 
-    With b = I ω²/P and c² = bκ/P: t = bϑ/√(1 + c²ϑ²), h = bϑ²/(1 + √(1 + c²ϑ²)), which becomes the
-    involute as κ → 0. The torque is exactly −I ω²ϑ. Through a hole at distance a the range is
-    a/√(b² − a²c²), unlimited where a c ≥ b. The cheek may be hollow at its tip (`hollow`).
+    With b = I ω²/P and c² = bκ/P: t = bϑ/√(1 + c²ϑ²), h = bϑ²/(1 + √(1 + c²ϑ²)), the involute as
+    κ → 0. The torque is exactly −I ω²ϑ. Through a hole at distance a the range is a/√(b² − a²c²),
+    or unlimited if a c ≥ b. The cheek may be hollow at its tip (`hollow`).
 
     Attributes:
         rate: b = t'(0) [m/rad], > 0.
         stiffness_ratio: κ/P [1/m], ≥ 0.
-        distance: distance of the hole from the axle, a [m]; inf for a vertical thread.
+        distance: distance of the hole from the axle, a [m], inf for a vertical thread.
     """
 
     rate: float
@@ -270,7 +270,7 @@ class SpringCorrected(CorrectedCam):
 
     @property
     def range_rad(self) -> float:
-        """Angle at which t reaches the hole [rad]; inf if it never does."""
+        """Angle at which t reaches the hole [rad], or inf."""
         reached = self.distance * math.sqrt(self.bend)
         if math.isinf(self.distance) or reached >= self.rate:
             return math.inf
@@ -299,7 +299,7 @@ class SpringCorrected(CorrectedCam):
         return self.rate * x * x / (1.0 + np.sqrt(self._square(x)))
 
     def _rate_gain(self, x: FloatArray) -> FloatArray:
-        # powers less 1 by expm1 and log1p, which do not cancel for small x
+        # expm1 and log1p do not cancel for small x
         return self.rate * np.expm1(-1.5 * np.log1p(self.bend * x * x))
 
     def _arm_gain(self, x: FloatArray) -> FloatArray:
@@ -311,14 +311,14 @@ class SpringCorrected(CorrectedCam):
 
 
 # -----------------------------------------------------------------------------
-# A force F(H) that depends on the lift in any way, without mass, does the work E(H) = ∫ F dH. On a
-# cam with the lever arm t(ϑ) and the lift h(ϑ) its torque is F(h) t, which the constant force F(0)
-# has on a cam of the lever arm
+# A force F(H) without mass that depends on the lift does the work E(H) = ∫ F dH. On a cam with the
+# lever arm t(ϑ) and the lift h(ϑ) its torque is F(h) t, as of the constant force F(0) on a cam
+# with
 #
 #     t* = F(h) t/F(0),    h* = E(h)/F(0).
 #
-# Wheel, energy, equation of motion and period are the same. So the machine is given that cam in
-# place of the real one, and no equation needs a further term (docs/theory/cams.md, section D).
+# Energy, equation of motion and period are the same. The machine gets that cam in place of the
+# real one, and its equations stay as they are (docs/theory/cams.md, section D).
 
 _PROBES = 2000
 
@@ -327,17 +327,16 @@ _PROBES = 2000
 class ForceTableCorrected(CorrectedCam):
     """The isochronous cam for a force F(h) without mass.
 
-    E(h) = ½F(0) b ϑ², with E = ∫ F dh: so the torque F t is exactly F(0) b ϑ = I ω²ϑ, and
+    E(h) = ½F(0) b ϑ², with E = ∫ F dh: the torque F t is exactly F(0) b ϑ = I ω²ϑ, and
 
         t = F(0) b ϑ/F,    t' = (F(0) b − F' t²)/F,    t'' = −(3F' t' + F'' t²) t/F.
 
-    It is as isochronous as F(h) is the force. It ends where the table does, or where t reaches
-    the hole.
+    It ends with the table, or as t reaches the hole.
 
     Attributes:
         rate: b = t'(0) = I ω²/F(0) [m/rad], > 0.
         law: F(h).
-        distance: distance of the hole from the axle, a [m]; inf for a vertical thread.
+        distance: distance of the hole from the axle, a [m], inf for a vertical thread.
     """
 
     rate: float
@@ -440,7 +439,7 @@ class ForceTableCorrected(CorrectedCam):
 
 
 def pulled(cam: Cam, law: ForceLaw) -> Cam:
-    """Return the cam on which the constant F(0) makes the torque of a force on a given cam."""
+    """Return the cam on which the constant F(0) has the torque of F(h) on a given cam."""
     corrected = getattr(cam, 'corrected_for', None)
     if corrected == law:
         return LinearisedCam(float(cam.lever_rate(0.0)), cam.range_rad, cam, law)
@@ -449,12 +448,12 @@ def pulled(cam: Cam, law: ForceLaw) -> Cam:
 
 @dataclass(frozen=True, eq=False)
 class EquivalentCam(Cam):
-    """A cam on which the constant F(0) makes the torque that the force F(h) makes on another.
+    """A cam on which the constant F(0) has the torque of the force F(h) on another.
 
     Attributes:
         cam: the other.
         law: F(h).
-        scale: size of the other; all its lengths are multiplied by this.
+        scale: factor of all lengths of the other.
     """
 
     cam: Cam
@@ -468,7 +467,7 @@ class EquivalentCam(Cam):
 
     @cached_property
     def range_rad(self) -> float:
-        """That of the other cam, or the angle at which the points of the force end [rad]."""
+        """Range of the other cam, or angle at which the points of the force end [rad]."""
         edge = self.cam.range_rad
         if np.isfinite(edge) and self.scale * float(self.cam.lift(edge)) <= self.law.longest:
             return edge
@@ -476,7 +475,7 @@ class EquivalentCam(Cam):
 
     @cached_property
     def joints(self) -> FloatArray:
-        """Those of the other cam, and the angles at which F is joined [rad]."""
+        """Joints of the other cam, and angles at which F is joined [rad]."""
         edge = self.range_rad
         highest = self.scale * float(self.cam.lift(edge))
         lifts = self.law.joints
@@ -496,7 +495,7 @@ class EquivalentCam(Cam):
         return np.minimum(self.cam.angle_of_lift(lifts), self.range_rad)
 
     def _forced(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the lift of the other cam, as far as the points reach, and F there."""
+        """Return the lift of the other cam, up to the last point, and F there."""
         lift = np.minimum(self.scale * self.cam.lift(x), self.law.longest)
         return lift, self.law.force(lift)
 
@@ -527,7 +526,7 @@ class EquivalentCam(Cam):
 
 @dataclass(frozen=True, eq=False)
 class LinearisedCam(LinearCam):
-    """The cam made for a force: with it F(h) t = F(0) b ϑ, so that t* = b ϑ exactly.
+    """The cam corrected for a force: F(h) t = F(0) b ϑ, hence t* = b ϑ exactly.
 
     Attributes:
         rate: b = t'(0) [m/rad].
@@ -548,7 +547,7 @@ class LinearisedCam(LinearCam):
 
     @property
     def range_rad(self) -> float:
-        """That of the cam [rad]."""
+        """Range of the cam [rad]."""
         return self.edge
 
     def wider(self, amplitude: float, mass: float, period: float) -> str:
@@ -559,10 +558,7 @@ class LinearisedCam(LinearCam):
 def wider_points(
     cam: Cam, law: ForceLaw, scale: float, amplitude: float, mass: float, period: float
 ) -> str:
-    """Return how far the points of a force must reach for an amplitude, as the end of a sentence.
-
-    If the cam ends first, the change that widens the cam.
-    """
+    """Return the change of the points of a force, or of the cam, for an amplitude [rad]."""
     if amplitude > cam.range_rad:
         return cam.wider(amplitude, mass, period)
     reached = scale * float(cam.lift(amplitude))
@@ -577,7 +573,7 @@ def wider_points(
 
 
 class WeightCorrectedCam(PeriodCam):
-    """The isochronous cam for a weight that has inertia, made for one period (D in cams.md)."""
+    """The isochronous cam for a weight with inertia, for one period (D in cams.md)."""
 
     corrects = 'weight'
     rank = 5
@@ -591,7 +587,7 @@ class WeightCorrectedCam(PeriodCam):
 
 
 class SpringCorrectedCam(PeriodCam):
-    """The isochronous cam for a spring with stiffness, made for one period (D in cams.md)."""
+    """The isochronous cam for a spring with stiffness, for one period (D in cams.md)."""
 
     corrects = 'spring'
     rank = 6
@@ -599,7 +595,7 @@ class SpringCorrectedCam(PeriodCam):
     kind: Literal['spring_corrected'] = 'spring_corrected'
 
     def made(self, setting: Setting) -> SpringCorrected:
-        """Return the cam for the wheel and its spring; SceneError: a cheek that is hollow."""
+        """Return the cam for the wheel and its spring. SceneError: a hollow cheek."""
         pull, distance = setting.pull, setting.distance
 
         def cam(period: float, stiffness: float) -> SpringCorrected:
@@ -629,7 +625,7 @@ class SpringCorrectedCam(PeriodCam):
 
 
 class ForceTableCorrectedCam(PeriodCam):
-    """The isochronous cam for a force given by a table, made for one period (D in cams.md)."""
+    """The isochronous cam for a force given by a table, for one period (D in cams.md)."""
 
     corrects = 'force_table'
     rank = 10
@@ -637,9 +633,9 @@ class ForceTableCorrectedCam(PeriodCam):
     kind: Literal['force_table_corrected'] = 'force_table_corrected'
 
     def made(self, setting: Setting) -> ForceTableCorrected:
-        """Return the cam for the wheel and its force; SceneError: a cheek that is hollow."""
+        """Return the cam for the wheel and its force. SceneError: a hollow cheek."""
         law = setting.pull.law
-        assert law is not None  # `corrects` has made sure
+        assert law is not None  # by `corrects`
 
         def cam(period: float) -> ForceTableCorrected:
             return ForceTableCorrected(rate_for_period(setting, period), law, setting.distance)

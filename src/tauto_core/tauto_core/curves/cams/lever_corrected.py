@@ -1,23 +1,23 @@
 """The cam that makes Sully's lever machine isochronous (machine: Euler 1727, V; D in cams.md).
 
-The lever AD turns about A and carries the weight; the thread is tied to it at B and leaves a cam
+The lever AD turns about A and carries the weight. The thread is tied to it at B and leaves a cam
 on the wheel's axle C. At rest the lever is level, and B is below C at the depth D. With
 W = m g AD, J = m AD² + J_lever and the lever's angle β: V = W sin β = ½ω²s², and
 ds² = I dθ² + J dβ². Along τ = ±√tan(β/2), which has the sign of θ and is smooth through rest,
 
     dθ/dτ = 2 √(W cos²β − 2Jω² sin β)/(ω √I √(1 + τ⁴)),    dβ/dτ = 4τ/(1 + τ⁴),
 
-so that θ is one quadrature and ρ = dβ/dθ is known. The thread is the line through B at the
-distance t = ρ AB cos(β − δ) from C, which gives its inclination δ:
+which gives θ by one quadrature, and ρ = dβ/dθ. The thread is the line through B at the distance
+t = ρ AB cos(β − δ) from C, which gives its inclination δ:
 
     tan δ = (B − ρ AB (cos β, sin β))_x/(D − AB (1 − ρ) sin β).
 
-With u = θ − δ these lines have the support function t(u) in the wheel's frame; the cam is their
-envelope, p = dt/du. Each side is isochronous by itself. The two differ from the third order on,
-since δ has the same sign on both.
+With u = θ − δ these lines have the support function t(u) in the wheel's frame, and the cam is
+their envelope, p = dt/du. Each side is isochronous by itself. The two differ from the third order
+on, since δ has the same sign on both.
 
-On an arc of radius ρ₀ = AB the thread is at the distance t = ρ ρ₀ from C and ρ₀ from A. With
-z = tan ½δ: z = −ρ ρ₀/(D + √(D² + ρ₀²ρ(2 − ρ))).
+On an arc of radius ρ₀ = AB the thread is at the distance t = ρ ρ₀ from C and ρ₀ from A, with
+tan ½δ = −ρ ρ₀/(D + √(D² + ρ₀²ρ(2 − ρ))).
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from tauto_core.curves.numerics import choices, integrate
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import SceneError
 
-# Imaginary part of τ that gives derivatives: nothing is subtracted, so it may be tiny.
+# Imaginary part of τ for derivatives without a difference: it may be tiny.
 _COMPLEX_STEP = 1e-30
 
 
@@ -57,7 +57,7 @@ class CorrectedLeverGeometry(LeverLinkage):
 
     Attributes:
         inertia: I of the wheel [kg m2], > 0.
-        frequency: ω wanted [rad/s], > 0.
+        frequency: ω of the cam [rad/s], > 0.
         weight_torque: W = m g AD of the weight about the fulcrum, the lever level [N m], > 0.
         turned_inertia: J of weight and lever about the fulcrum [kg m2], ≥ 0.
         arm: AB, from the fulcrum to the thread [m], > 0.
@@ -73,7 +73,7 @@ class CorrectedLeverGeometry(LeverLinkage):
 
     @property
     def tip_hollow(self) -> float:
-        """−R of the hollow cheek at the tip, 0 where neither is hollow [m]."""
+        """−R of the hollow cheek at the tip [m], or 0."""
         return 0.0
 
     @property
@@ -94,13 +94,13 @@ class CorrectedLeverGeometry(LeverLinkage):
         return np.asarray(beta_per_tau / self._theta_rate(tau) * arm / self.base_radius)
 
     def pose(self, tau: FloatArray) -> Pose:
-        """Return the position of all parts; NaN beyond the cam."""
+        """Return the position of all parts, NaN beyond the cam."""
         tau = np.asarray(tau, np.float64)
         line = self._line(tau)
         return Pose(self.theta(tau) - line.delta, line.beta, line.delta, line.reach - line.p)
 
     def theta(self, tau: FloatArray) -> FloatArray:
-        """Return θ, the wheel's angle [rad]; NaN beyond the cam."""
+        """Return θ, the wheel's angle [rad], NaN beyond the cam."""
         tau = np.asarray(tau, np.float64)
         flat = tau.ravel()
         fits = np.isfinite(self._theta_rate(flat))
@@ -123,10 +123,10 @@ class CorrectedLeverGeometry(LeverLinkage):
         return np.asarray(self._line(tau).arm)
 
     def radius_of_curvature(self, tau: FloatArray) -> FloatArray:
-        """Return R of the cheek that the thread leaves [m]; negative where that is hollow.
+        """Return R of the cheek that the thread leaves [m], negative in a hollow.
 
-        R = t + dp/du, on the other cheek its negative. The derivative of p is computed to rounding
-        by the complex step (Squire & Trapp, SIAM Review 40, 1998).
+        R = t + dp/du, on the other cheek its negative. The complex step computes dp to rounding
+        (Squire & Trapp, SIAM Review 40, 1998).
         """
         tau = np.asarray(tau, np.float64)
         line = self._line(tau)
@@ -138,8 +138,8 @@ class CorrectedLeverGeometry(LeverLinkage):
     def contact(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the point at which the thread leaves the cam, (x, y) in the wheel's frame [m].
 
-        The frame is that of `curves.Cam`: +y along the thread at rest, x < 0 on the cheek for
-        positive angles.
+        As in `curves.Cam`, +y is along the thread at rest and x < 0 on the cheek for positive
+        angles.
         """
         line, u = self._line(tau), self.pose(tau).u
         sine, cosine = np.sin(u), np.cos(u)
@@ -168,7 +168,7 @@ class CorrectedLeverGeometry(LeverLinkage):
         return replace(self, inertia=inertia)
 
     def _theta_rate(self, tau: Any) -> Any:
-        """Return dθ/dτ; NaN where the lever alone takes the whole energy."""
+        """Return dθ/dτ, NaN beyond the angle at which the lever takes the whole energy."""
         square = tau * tau
         quartic = square * square
         sine, cosine = 2.0 * square / (1.0 + quartic), (1.0 - quartic) / (1.0 + quartic)
@@ -179,7 +179,7 @@ class CorrectedLeverGeometry(LeverLinkage):
         return 2.0 / per * np.sqrt(balance / (1.0 + quartic))
 
     def _raised(self, tau: Any) -> tuple[Any, Any, Any]:
-        """Return β, ρ = dβ/dθ and dρ/dθ, which do not depend on how the thread is tied."""
+        """Return β, ρ = dβ/dθ and dρ/dθ, for a thread tied or on an arc."""
         square = tau * tau
         quartic = square * square
         sine, cosine = 2.0 * square / (1.0 + quartic), (1.0 - quartic) / (1.0 + quartic)
@@ -192,7 +192,7 @@ class CorrectedLeverGeometry(LeverLinkage):
 
     @np.errstate(invalid='ignore', divide='ignore')
     def _line(self, tau: Any) -> ThreadLine:
-        """Return the thread's line; NaN beyond the cam."""
+        """Return the thread's line, NaN beyond the cam."""
         square = tau * tau
         quartic = square * square
         sine, cosine = 2.0 * square / (1.0 + quartic), (1.0 - quartic) / (1.0 + quartic)
@@ -219,10 +219,10 @@ class CorrectedLeverGeometry(LeverLinkage):
 
 
 class CorrectedArcLeverGeometry(CorrectedLeverGeometry):
-    """The same, with the thread on an arc of the lever.
+    """Cam, thread and lever with the thread on an arc of the lever.
 
-    δ has a term of the second order, so that one cheek is hollow next to the tip, where R is
-    −ρ₀r³/D³: for Sully's dimensions within a milliradian, by 1e-11 m. The thread bridges it.
+    A term of the second order in δ makes one cheek hollow next to the tip, with R = −ρ₀r³/D³: for
+    Sully's dimensions within a milliradian, by 1e-11 m. The thread bridges it.
     """
 
     @property
@@ -236,7 +236,7 @@ class CorrectedArcLeverGeometry(CorrectedLeverGeometry):
 
     @np.errstate(invalid='ignore', divide='ignore')
     def _line(self, tau: Any) -> ThreadLine:
-        """Return the thread's line; NaN beyond the cam."""
+        """Return the thread's line, NaN beyond the cam."""
         beta, ratio, bend = self._raised(tau)
         root = np.sqrt(self.depth**2 + self.arm**2 * ratio * (2.0 - ratio))
         delta = -2.0 * np.arctan(self.arm * ratio / (self.depth + root))
@@ -247,7 +247,7 @@ class CorrectedArcLeverGeometry(CorrectedLeverGeometry):
 
 
 class LeverCorrectedCam(PeriodCam):
-    """The isochronous cam for Sully's lever machine, made for one period (D in cams.md)."""
+    """The isochronous cam for Sully's lever machine, for one period (D in cams.md)."""
 
     threads = ('lever',)
     rank = 7

@@ -1,4 +1,4 @@
-"""Euler's two cams, whose lever arm is proportional to the angle.
+"""Euler's two cams, with a lever arm proportional to the angle.
 
 The involute of a circle is for a vertical thread (1727, VII–XIV), the second curve for a thread
 through a fixed hole (1727, XXII–XXIX).
@@ -23,7 +23,7 @@ from tauto_core.scene.sections import Positive
 
 
 class LinearCam(Cam):
-    """A cam whose lever arm is t = b·ϑ, h = b·ϑ²/2; isochronous under a constant pull."""
+    """A cam with t = b·ϑ, h = b·ϑ²/2, isochronous under a constant pull."""
 
     suits = 0.0, 0.0
 
@@ -64,7 +64,7 @@ class LinearCam(Cam):
 
 @dataclass(frozen=True)
 class Involute(LinearCam):
-    """Involute of a circle, for a vertical thread: t = r·ϑ (§VII–XIV). It has no limit of range.
+    """Involute of a circle, for a vertical thread: t = r·ϑ (§VII–XIV), of any range.
 
     Attributes:
         base_radius: radius r of the circle [m], > 0.
@@ -85,7 +85,7 @@ class Involute(LinearCam):
     def polar(self, roll_angle: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """Return polar angle [rad] and radius [m] of the curve from the roll angle z = ϑ.
 
-        x = z − arctan z from the tip, counter-clockwise; r·√(1 + z²) (§XII–XIII).
+        z − arctan z from the tip, counter-clockwise, and r·√(1 + z²) (§XII–XIII).
         """
         z = self.within(roll_angle)
         return arctangent_defect(z), self.base_radius * np.hypot(1.0, z)
@@ -136,7 +136,7 @@ class InvoluteCam(CamKind):
     base_radius: Positive = Field(description='radius of the base circle [m]')
 
     def made(self, setting: Setting) -> Involute:
-        """Return the involute; it is the same for any wheel and power."""
+        """Return the involute, the same for any wheel and power."""
         return Involute(self.base_radius)
 
     def on_lever(self, lever: LeverSetting) -> LeverGeometry:
@@ -159,7 +159,7 @@ class HoleCam(CamKind):
     lever_rate: Positive = Field(description='lever arm per angle of the wheel [m/rad]')
 
     def made(self, setting: Setting) -> Hole:
-        """Return the curve for the hole; it is the same for any wheel and power."""
+        """Return the curve for the hole, the same for any wheel and power."""
         return Hole(self.lever_rate, setting.distance)
 
 

@@ -1,14 +1,13 @@
-"""The isochronous cam for any power train, found by quadrature (docs/theory/cams.md).
+"""The isochronous cam for any power train, by quadrature (docs/theory/cams.md).
 
-A power train stores V(y) when its own coordinate y (the lift of a weight, the draw of a spring,
-the angle of a lever) leaves its place of rest, and has the inertia M(y). The wheel's moment of
-inertia is I. Every swing takes the time 2π/ω when V = ½ω²s² in the arc ds² = I dϑ² + M dy². So
-with F = dV/dy
+A power train has the potential V(y) and the inertia M(y) in its own coordinate y: the lift of a
+weight, the draw of a spring or the angle of a lever. The wheel's moment of inertia is I. Every
+swing takes 2π/ω if V = ½ω²s² in the arc ds² = I dϑ² + M dy². With F = dV/dy
 
     dy/ds = ω²s/F,    I (dϑ/ds)² = 1 − M (ω²s/F)²,    dy/dϑ = √I ω²s/√(F² − M ω⁴s²),
 
-and ϑ(s) is one quadrature. The range ends where F² = M ω⁴s²; the train by itself is no faster
-there. Each side is isochronous by itself, which determines it uniquely (Abel).
+and ϑ(s) is one quadrature. The range ends at F² = M ω⁴s², the speed of the train by itself. Each
+side is isochronous by itself, which determines it uniquely (Abel).
 """
 
 from __future__ import annotations
@@ -36,7 +35,7 @@ from tauto_core.scene.sections import Positive
 
 
 class SynthesisError(TautoError):
-    """A power train for which there is no such cam."""
+    """A power train without such a cam."""
 
 
 @dataclass(frozen=True)
@@ -44,10 +43,10 @@ class PowerTrain:
     """The power train as a function of its coordinate y ≥ 0.
 
     Attributes:
-        pull: F(y) = dV/dy > 0 [N, or N m where y is an angle].
+        pull: F(y) = dV/dy > 0 [N, or N m for an angle y].
         place: y(V), the inverse of the potential, y(0) = 0.
         mass: M(y) ≥ 0 [kg, or kg m2].
-        largest: largest potential of the train [J]; inf where it has no end.
+        largest: largest potential of the train [J], or inf.
     """
 
     pull: ArrayFunction
@@ -82,8 +81,7 @@ class Synthesis:
         if math.isinf(top):
             return integrate(self._share, np.zeros_like(arc), arc) / root
 
-        # with s = S sin v the integrand is smooth at the square root's zero at the end of the
-        # range
+        # s = S sin v makes the integrand smooth at the end of the range, a zero of the root
         def rate(v: FloatArray) -> FloatArray:
             return self._share(top * np.sin(v)) * (top * np.cos(v))
 
@@ -91,7 +89,7 @@ class Synthesis:
         return np.asarray(integrate(rate, np.zeros_like(until), until) / root)
 
     def ratio(self, arc: FloatArray) -> FloatArray:
-        """Return dy/dϑ at the arc s ≥ 0; where y is a lift it is the lever arm t."""
+        """Return dy/dϑ at the arc s ≥ 0, which is the lever arm t if y is a lift."""
         pull = self.train.pull(self.place(arc))
         share = self._share(arc)
         drawn: FloatArray = math.sqrt(self.inertia) * self.frequency**2 * arc
@@ -156,19 +154,18 @@ def synthesise(inertia: float, frequency: float, train: PowerTrain) -> Synthesis
 def synthesised_cam(
     synthesis: Synthesis, distance: float = math.inf, edge: float | None = None
 ) -> Fitted:
-    """Return the cam of a power train whose coordinate is the length of thread drawn: t = dy/dϑ.
+    """Return the cam of a power train with the length of thread drawn as coordinate: t = dy/dϑ.
 
-    The distance of the hole is inf for a vertical thread; the range `edge` [rad] is the largest
-    possible when left out. SynthesisError: a range that is not possible, a lever arm longer than
-    the distance of the hole, or a cheek that would be hollow; with the angle, and the range that
-    works. FitError: a train that is not smooth.
+    The distance of the hole is inf for a vertical thread. The range `edge` [rad] is by default the
+    largest possible. SynthesisError, with a range that works: an impossible range, a lever arm
+    longer than the distance of the hole, or a hollow cheek. FitError: a train that is not smooth.
     """
     limit = synthesis.angle_range
     reach = limit if edge is None else edge
     if not 0.0 < reach <= limit or math.isinf(reach):
         raise SynthesisError(
-            f'a range of {reach!r} rad: must be > 0, finite and at most {limit!r} rad, where the '
-            'power train takes all of the speed. Give a smaller one'
+            f'a range of {reach!r} rad: must be > 0, finite and at most {limit!r} rad, at '
+            'which the power train takes all of the speed. Give a smaller one'
         )
 
     def arm(angle: FloatArray) -> FloatArray:
@@ -197,7 +194,7 @@ def synthesised_cam(
 
 
 def _speed(train: PowerTrain, frequency: float, arc: FloatArray) -> FloatArray:
-    """Return √M ω²s/F: the share of the train in the speed along the arc."""
+    """Return √M ω²s/F, the share of the train in the speed along the arc."""
     place = train.place(0.5 * (frequency * arc) ** 2)
     return np.asarray(np.sqrt(train.mass(place)) * (frequency**2 * arc) / train.pull(place))
 
@@ -205,21 +202,20 @@ def _speed(train: PowerTrain, frequency: float, arc: FloatArray) -> FloatArray:
 class SynthesisedCam(PeriodCam):
     """The isochronous cam for any power, made for one period and a range of angles (D in cams.md).
 
-    For a weight alone it equals weight_corrected, for a spring alone spring_corrected, which have
-    closed forms.
+    For a weight alone it equals weight_corrected, for a spring alone spring_corrected.
     """
 
     rank = 9
     starter = {'period': 1.0, 'range': 2.0}
 
     kind: Literal['synthesised'] = 'synthesised'
-    range: Positive = Field(description='largest angle that the cam is made for [rad]')
+    range: Positive = Field(description='largest angle of the cam [rad]')
 
     def made(self, setting: Setting) -> Fitted:
         """Return the cam for the wheel and its power.
 
-        SceneError: a power too slow for the period, a range that the power cannot provide, a lever
-        arm longer than the distance of the hole, or a cheek that would be hollow.
+        SceneError: a power too slow for the period, an impossible range, a lever arm longer than
+        the distance of the hole, or a hollow cheek.
         """
         rate_for_period(setting, self.period)
         key, value = 'trochlea.cam.period', self.period

@@ -1,10 +1,10 @@
 """Cams given by numbers: a lever arm computed to rounding, tabulated in a CSV file, or measured.
 
 A spline through measured points follows their errors. Its radius of curvature, t + t'' on a
-vertical thread, magnifies them, so that a convex piece would come out hollow. The cam is therefore
-the smoothest spline that passes within the tolerance of every point: FITPACK's smoothing spline
-(Dierckx 1993, *Curve and Surface Fitting with Splines*, ch. 5). It has as few knots as an allowed
-sum of squares S needs; S is halved until no point is farther off than the tolerance.
+vertical thread, magnifies them: a convex piece would come out hollow. The cam is therefore the
+smoothest spline within the tolerance of every point: FITPACK's smoothing spline (Dierckx 1993,
+*Curve and Surface Fitting with Splines*, ch. 5). It has as few knots as an allowed sum of squares
+S needs, and S is halved until all points are within the tolerance.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ if TYPE_CHECKING:
 TABLE_COLUMNS = ('angle_rad', 'lever_arm_m')
 LEAST_ROWS = 6
 _MOST_ROWS = 500
-# Largest number of halvings of S, beginning where all points are off by the tolerance; after them
-# the points are interpolated.
+# Largest number of halvings of S, beginning with all points off by the tolerance. After them the
+# points are interpolated.
 _TRIALS = 32
 # Largest tolerance as a share of the longest arm: a larger one would ignore the measurement.
 _LARGEST_SHARE = 0.5
@@ -54,15 +54,15 @@ class ArmSplines(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Table(Cam):
-    """A cam whose lever arm is a quintic spline through tabulated points.
+    """A cam with a quintic spline through tabulated points as lever arm.
 
     t has continuous derivatives up to the fourth. For a thread through a hole, ψ = ϑ + arcsin(t/a)
-    requires only |t| ≤ a. Where `radius_of_curvature` is negative the cheek cannot be cut.
+    requires only |t| ≤ a.
 
     Attributes:
         source: origin of the table, for messages.
         law: the spline, from 0 to the range.
-        distance: distance of the hole from the axle [m]; inf for a vertical thread.
+        distance: distance of the hole from the axle [m], inf for a vertical thread.
     """
 
     source: str
@@ -86,7 +86,7 @@ class Table(Cam):
 
     @property
     def hole_distance(self) -> float:
-        """Distance of the hole [m]; inf for a vertical thread."""
+        """Distance of the hole [m], inf for a vertical thread."""
         return self.distance
 
     @cached_property
@@ -115,21 +115,20 @@ class Table(Cam):
 
 
 class Fitted(Table):
-    """A cam whose lever arm is an analytic function, represented by polynomials to rounding."""
+    """A cam with an analytic lever arm, given by polynomials to rounding."""
 
     @property
     def joints(self) -> FloatArray:
-        """None: the joints of the polynomials are below rounding."""
+        """An empty array: the joints of the polynomials are below rounding."""
         return np.empty(0)
 
 
 def load_table(path: Path, distance: float = math.inf) -> Table:
     """Read a cam from a CSV file with the header `angle_rad,lever_arm_m`.
 
-    At least six rows; the first is 0,0, then angles strictly increase and lever arms are positive.
+    It has at least six rows: first 0,0, then strictly increasing angles and positive lever arms.
     The other cheek is the mirror image. The spline interpolates the rows and their odd
-    continuation, so that it is smooth through rest. SceneError: naming file, line, value and
-    remedy.
+    continuation, smoothly through rest. SceneError, with file, line and value: an unusable row.
     """
     from scipy.interpolate import PPoly, make_interp_spline
 
@@ -158,8 +157,7 @@ def load_table(path: Path, distance: float = math.inf) -> Table:
 def _read_rows(path: Path, *, at_rest: bool) -> Columns:
     """Return the rows of a file, with the first at rest, or without one at rest.
 
-    SceneError: as of `read_table`, too few rows, angles that do not increase, and arms that are
-    not positive.
+    SceneError: see `read_table`, too few rows, angles that do not increase, arms that are not > 0.
     """
     angle, arm = TABLE_COLUMNS
     sort = 'Sort the rows and remove duplicates.'
@@ -172,7 +170,7 @@ def _read_rows(path: Path, *, at_rest: bool) -> Columns:
             table.where(0),
             (float(table[angle][0]), float(table[arm][0])),
             'the first row is not 0,0',
-            'Begin at rest; negative angles are the mirror image and are not tabulated.',
+            'Begin at rest, without the negative angles of the mirror image.',
         )
     if has_rest and not at_rest:
         table = table.rows(np.arange(1, len(table)))  # the point at rest is part of every cam
@@ -189,20 +187,17 @@ def _read_rows(path: Path, *, at_rest: bool) -> Columns:
         raise table.refusal(
             int(bad[0]),
             arm,
-            'the lever arm must be > 0, or nothing drives the wheel back',
+            'the lever arm must be > 0 to drive the wheel back',
             'End the table before the arm vanishes.',
         )
     return table
 
 
 def _law_of_pieces(knots: FloatArray, coefficients: FloatArray) -> TableLever:
-    """Return the odd law of a quintic spline on n pieces from (n, 6) coefficients of (ϑ − knot)^j.
-
-    Rounding makes those that are even in ϑ at rest.
-    """
+    """Return the odd law of a quintic spline from (n, 6) coefficients of (ϑ − knot)^j."""
     from scipy.interpolate import PPoly
 
-    # zero by symmetry
+    # even terms at rest are rounding
     coefficients[0, ::2] = 0.0
     lifts = PPoly(np.ascontiguousarray(coefficients.T[::-1]), knots).antiderivative()(knots[:-1])
     return TableLever(knots, coefficients, lifts)
@@ -243,7 +238,7 @@ def _check_spline(path: Path, table: Table) -> None:
 
 
 def _wrappable(path: Path, table: Table) -> Table:
-    """Return a tabulated cam if its cheek is nowhere hollow; the error names the angles."""
+    """Return a tabulated cam. SceneError, with the angles: a hollow cheek."""
     stretch = hollow(table, table.range_rad)
     if stretch is None:
         return table
@@ -284,7 +279,7 @@ def smoothed(angles: FloatArray, arms: FloatArray, tolerance: float) -> TableLev
     if best is None:
         best = within(smooth) or _fitted(x, y, tolerance, 0.0)
     assert best is not None  # interpolation always succeeds
-    # (s(ϑ) − s(−ϑ))/2 piece by piece from 0, since FITPACK's knots are not symmetric
+    # (s(ϑ) − s(−ϑ))/2 piece by piece from 0: FITPACK's knots are not symmetric
     ppoly = PPoly.from_spline(best.tck)
     ends = np.unique(ppoly.x)
     knots = np.unique(np.concatenate([[0.0], np.abs(ends)]))
@@ -301,7 +296,7 @@ def smoothed(angles: FloatArray, arms: FloatArray, tolerance: float) -> TableLev
 
 
 def _fitted(x: FloatArray, y: FloatArray, tolerance: float, squares: float) -> BSpline | None:
-    """Return FITPACK's spline for a sum of squares, scaled by the tolerance; None if it fails."""
+    """Return FITPACK's spline for a sum of squares, scaled by the tolerance, or None."""
     from scipy.interpolate import BSpline, splrep
 
     weights = np.full_like(x, 1.0 / tolerance)
@@ -331,9 +326,9 @@ class TableCam(CamKind):
     path: OneLine = Field(description='CSV file with the columns angle_rad,lever_arm_m')
 
     def made(self, setting: Setting) -> Table:
-        """Return the cam through the rows; it is the same for any wheel and power.
+        """Return the cam through the rows, the same for any wheel and power.
 
-        SceneError: naming file, line, value and remedy.
+        SceneError, with file, line and value: an unusable row, or a hollow cheek.
         """
         path = data_path(self.path)
         return _wrappable(path, load_table(path, setting.distance))
@@ -344,12 +339,11 @@ class TableCam(CamKind):
 
 
 class MeasuredCam(CamKind):
-    """Lever arm measured on a real cam: a smooth curve that passes the points within a tolerance.
+    """Lever arm measured on a real cam: a smooth curve within a tolerance of the points.
 
-    CSV with the columns angle_rad, lever_arm_m and at least six rows of increasing angles > 0; the
-    other cheek is assumed to be the mirror image. A tolerance that is too small for the errors of
-    the points gives a hollow cheek, which no thread can wrap. It is refused, and the error names
-    the smallest that works.
+    CSV with the columns angle_rad, lever_arm_m and at least six rows of increasing angles > 0. The
+    other cheek is assumed to be the mirror image. A tolerance below the errors of the points gives
+    a hollow cheek and an error, which names the smallest tolerance that works.
     """
 
     threads = ('vertical', 'hole')
@@ -363,10 +357,9 @@ class MeasuredCam(CamKind):
     )
 
     def made(self, setting: Setting) -> Table:
-        """Return the smoothed cam; it is the same for any wheel and power.
+        """Return the smoothed cam, the same for any wheel and power.
 
-        SceneError: naming file, line, value and remedy; or a tolerance with which no thread can
-        wrap the cheek.
+        SceneError: unusable rows, with file, line and value, or a tolerance with a hollow cheek.
         """
         path = data_path(self.path)
         rows = _read_rows(path, at_rest=False)
@@ -383,7 +376,7 @@ class MeasuredCam(CamKind):
             raise rows.refusal(
                 0,
                 TABLE_COLUMNS[0],
-                'a point at rest or on the other cheek does not describe this one',
+                'a point at rest or on the other cheek does not belong to this one',
                 'Give the points of one cheek, at angles greater than 0.',
             )
         largest = _LARGEST_SHARE * float(arms.max())

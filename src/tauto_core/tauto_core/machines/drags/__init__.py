@@ -1,4 +1,4 @@
-"""The drag that ships; a module of this folder adds further ones."""
+"""The built-in drag. A module of this folder adds a further kind."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Drag(DragKind):
     rank = 1
     starter = {'viscous': 1.25e-5}
 
-    # the kind of a drag without `kind`, and not written
+    # a drag without `kind` is this one, and is written without it
     kind: SkipJsonSchema[Literal['polynomial']] = Field(default='polynomial', exclude=True)
 
 

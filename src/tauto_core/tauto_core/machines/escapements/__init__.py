@@ -1,11 +1,10 @@
-"""The escapements that ship; a module of this folder adds further ones.
+"""The built-in escapements. A module of this folder adds a further kind.
 
-A plain escapement, whose impulses weaken with the train, and the remontoire: a small spring that
-drives the escapement, and that the train only rewinds. The energy that the train has beyond what
-rewinding takes is spent on a fly. The impulses then depend on the small spring alone, which
-weakens a little between two rewindings. Harrison's fourth timekeeper rewinds its own eight times a
-minute (*The Principles of Mr. Harrison's Time-keeper, with Plates of the same*, London 1767), with
-five beats a second: 37 or 38 impulses from one rewinding to the next.
+The plain escapement has impulses that weaken with the train. In a remontoire a small spring drives
+the escapement, and the train only rewinds it and spends its surplus energy on a fly. The impulses
+then weaken only with the small spring between two rewindings. Harrison's fourth timekeeper rewinds
+eight times a minute (*The Principles of Mr. Harrison's Time-keeper, with Plates of the same*,
+London 1767), with five beats a second: every 37 or 38 impulses.
 """
 
 from __future__ import annotations
@@ -28,12 +27,13 @@ class Escapement(EscapementKind):
 
     kind: Literal['impulse'] = 'impulse'
     train: Train | None = Field(
-        default=None, description='mapping: fall, impulses; when left out all impulses are equal'
+        default=None,
+        description='mapping: fall, impulses. When left out all impulses are equal',
     )
 
     @property
     def ebb(self) -> ImpulseDecline | None:
-        """That of the train."""
+        """Decline with the train."""
         if self.train is None or self.train.fall == 0.0:
             return None
         return ImpulseDecline(self.train.fall, self.train.impulses)
@@ -76,19 +76,19 @@ class RemontoireEscapement(EscapementKind):
     remontoire: Remontoire = Field(description='mapping: impulses, fall')
     train: DrivingTrain | None = Field(
         default=None,
-        description='mapping: energy, fall, impulses; when left out the train can always rewind '
+        description='mapping: energy, fall, impulses. When left out the train can always rewind '
         'the spring',
     )
 
     @property
     def ebb(self) -> ImpulseDecline | None:
-        """That of the small spring; the train has no influence."""
+        """Decline with the small spring, independent of the train."""
         if self.remontoire.fall == 0.0:
             return None
         return ImpulseDecline(self.remontoire.fall, self.remontoire.impulses)
 
     def problems(self) -> Iterator[Problem]:
-        """Yield what is wrong between its keys, for example a train that is too weak to rewind."""
+        """Yield contradictions between its keys, such as a train too weak to rewind."""
         yield from super().problems()
         if self.train is not None and self.train.least < self.energy:
             factor = 1.0 - 0.5 * self.train.fall

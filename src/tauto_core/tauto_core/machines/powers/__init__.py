@@ -1,13 +1,13 @@
-"""The powers that ship; a module of this folder adds further ones.
+"""The built-in powers. A module of this folder adds a further kind.
 
-A constant pull without inertia, as Euler assumes (1727, X), a hanging weight (1727, XX), a spring
-without inertia, both on one thread, and a force without mass that depends on the lift as a table
-says.
+They are a constant pull without inertia, as Euler assumes (1727, X), a hanging weight (1727, XX),
+a spring without inertia, weight and spring on one thread, and a force without mass as a table of
+the lift.
 
-Euler names condensed or rarefied air and a stretched chord among the powers (1727, V). Air that is
-drawn thin behind a piston of area A in a cylinder pulls with A (p₀ − p₁V₁/(V₁ + A h)); air that is
-pressed together with A (p₁V₁/(V₁ − A h) − p₀), by Boyle's law. A chord between two pins, drawn
-aside at its middle, pulls with 2 (T + κΔl) sin of its slope.
+Euler also names condensed or rarefied air and a stretched chord (1727, V). By Boyle's law air
+rarefied behind a piston of area A pulls with A (p₀ − p₁V₁/(V₁ + A h)), compressed air with
+A (p₁V₁/(V₁ − A h) − p₀). A chord between two pins, drawn aside at its middle, pulls with 2 (T +
+κΔl) sin of its slope.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from tauto_core.scene.sections import Flag, NonNegative, Number, Positive
 
 OF_SPRING = Field(
     default=None,
-    description='material of the spring, a name or mapping: expansion, modulus; when left out its '
+    description='material of the spring, a name or mapping: expansion, modulus. When left out its '
     'force does not change with temperature',
 )
 
@@ -50,7 +50,7 @@ class ForcePower(PowerKind):
 
 
 class WeightPower(PowerKind):
-    """Hanging weight; `massless` keeps its pull and neglects its inertia."""
+    """Hanging weight. `massless` keeps its pull and neglects its inertia."""
 
     words = 'a weight whose inertia counts'
     rank = 2
@@ -112,7 +112,7 @@ class WeightAndSpringPower(PowerKind):
 
     @property
     def acts_as(self) -> str:
-        """Both; no closed form corrects them together."""
+        """Both. No closed form corrects them together."""
         return 'weight_and_spring'
 
 
@@ -137,7 +137,7 @@ class ForceTablePower(PowerKind):
         tuple[tuple[NonNegative, Number], ...], Field(min_length=LEAST_POINTS, max_length=200)
     ] = Field(
         description='pairs of lift, the length of thread drawn from rest [m], and force [N], 6 to '
-        '200; lifts increase from 0, forces are > 0; a quintic spline goes through them'
+        '200, with lifts that increase from 0 and forces > 0, joined by a quintic spline'
     )
 
     @cached_property
@@ -152,7 +152,7 @@ class ForceTablePower(PowerKind):
 
     @property
     def acts_as(self) -> str:
-        """`force_table`, also where the force is constant."""
+        """`force_table`, even if the force is constant."""
         return 'force_table'
 
     def problems(self) -> Iterator[Problem]:
@@ -190,7 +190,7 @@ class ForceTablePower(PowerKind):
                 'trochlea.power.points',
                 force,
                 f'is the force of the spline through the points at {lift:.6g} m, between two of '
-                'them; it must be above 0 N',
+                'them, and must be above 0 N',
                 'Give more points near there.',
             )
 

@@ -1,6 +1,6 @@
-"""The threads that ship: the ideal ones here, the lever and the hanging thread in modules.
+"""The built-in threads: the ideal ones here, lever and hanging thread in modules of their own.
 
-A module of this folder adds a further one.
+A module of this folder adds a further kind.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from tauto_core.scene.sections import Positive
 
 
 class VerticalThread(ThreadKind):
-    """Ideal thread, along the apparent vertical under a weight, else fixed in the case."""
+    """Ideal thread, along the apparent vertical under a weight, otherwise fixed in the case."""
 
     upright = True
     rank = 1

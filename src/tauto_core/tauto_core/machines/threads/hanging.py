@@ -6,16 +6,16 @@ angle by which the cam winds the thread, and l = l₀ − r u²/2, the free leng
     (I + m r²u²) ψ̈ = −m r u [g cos(δ − β) + l δ̇² + r ψ̇²] + torque on the wheel,
     l δ̈ = −g sin(δ − β) − r ψ̈ + r u δ̇ (2ψ̇ − δ̇) + Q/(m l),
 
-where Q = −c (δ̇ − α̇) damps the lean of the thread in the case, whose tilt is α, and adds −Q r/l to
-the torque on the wheel: the lean alone loses energy, c (δ̇ − α̇)² a second. β is the direction of
-the apparent vertical and g the apparent gravity. Small swings are the modes of paper C (`modes`).
+where Q = −c (δ̇ − α̇) damps the lean of the thread in the case, whose tilt is α, and adds −Q r/l
+to the torque on the wheel. The power lost is c (δ̇ − α̇)². β is the direction of the apparent
+vertical and g the apparent gravity. Small swings are the modes of paper C (`modes`).
 
-A spring of the stiffness κ may draw the weight down from far off in the case. It is slack at rest,
-and draws by κ H where the weight has risen by H along the case's vertical,
+A spring of the stiffness κ, anchored far below in the case and slack at rest, may pull the weight
+down. If the weight has risen by H along the case's vertical, the pull is κ H,
 
     H = r u sin ε + (r + l₀)(1 − cos ε) + ½ r u² cos ε,    ε = δ − α,
 
-so that κ H/m cos ε stands beside g cos(δ − β), and κ H/m sin ε beside g sin(δ − β).
+which adds κ H/m cos ε to g cos(δ − β), and κ H/m sin ε to g sin(δ − β).
 """
 
 from __future__ import annotations
@@ -42,10 +42,10 @@ from tauto_core.scene.sections import Positive
 # -----------------------------------------------------------------------------
 # The periodic swing of a wheel and its thread together: Fourier series and Newton's method.
 #
-# Both angles start at rest and pass the middle together, so their series have odd cosines only: ψ
-# = Σ a_k cos(2k + 1)ωt, δ = Σ b_k cos(2k + 1)ωt. The unknowns are determined by the equations of
-# motion at as many instants of a quarter swing, and by Σ a_k = A. The series converge
-# geometrically, so the period is accurate to rounding.
+# Both angles start at rest and pass the middle together: their series have odd cosines only, ψ
+# = Σ a_k cos(2k + 1)ωt, δ = Σ b_k cos(2k + 1)ωt. The equations of motion at as many instants of a
+# quarter swing, and Σ a_k = A, determine the unknowns. The series converge geometrically, to an
+# accuracy of rounding.
 
 _FEWEST_TERMS, _MOST_TERMS = 8, 128
 # Size of the last coefficients over the amplitude at which a series is complete.
@@ -60,7 +60,7 @@ Accelerations = Callable[
 
 
 class SwingError(TautoError):
-    """A swing for which no common periodic motion of wheel and thread was found."""
+    """A swing without a common periodic motion of wheel and thread."""
 
 
 def common_swing(
@@ -68,9 +68,9 @@ def common_swing(
 ) -> tuple[float, list[FloatArray]]:
     """Return the periodic swing of an amplitude of ψ, continued from a mode of small swings.
 
-    That is its period [s], and ψ, δ [rad], ψ̇, δ̇ at n instants of a quarter. `accelerations`
-    gives ψ̈ and δ̈ of (ψ, δ, ψ̇, δ̇), complex arrays; the mode has a frequency and `share`, its
-    δ/ψ. SwingError: no such swing is found, or it takes more than 128 terms.
+    The result is its period [s], and ψ, δ [rad], ψ̇, δ̇ at n instants of a quarter.
+    `accelerations` gives ψ̈ and δ̈ of (ψ, δ, ψ̇, δ̇), complex arrays. The mode has a frequency
+    [rad/s] and `share`, its δ/ψ. SwingError: no such swing, or more than 128 terms.
     """
     terms = _FEWEST_TERMS
     while terms <= _MOST_TERMS:
@@ -91,10 +91,10 @@ def common_swing(
 def _continued(
     accelerations: Accelerations, amplitude: float, frequency: float, share: float, terms: int
 ) -> FloatArray | None:
-    """Return a_k, b_k, ω at the amplitude, continued from small swings; None if that fails."""
+    """Return a_k, b_k, ω at the amplitude, continued from small swings, or None."""
     unknowns = np.zeros(2 * terms + 1)
     unknowns[-1] = frequency
-    # in strides of at most a quarter of a radian
+    # in steps of at most a quarter of a radian
     steps = max(1, math.ceil(amplitude / 0.25))
     unknowns[0], unknowns[terms] = amplitude / steps, share * amplitude / steps
     for step in range(1, steps + 1):
@@ -110,15 +110,15 @@ def _continued(
 def _newton(
     accelerations: Accelerations, amplitude: float, unknowns: FloatArray, terms: int
 ) -> FloatArray | None:
-    """Return the solution near some unknowns, by complex steps; None if it fails.
+    """Return the solution near some unknowns, or None, by Newton's method with complex steps.
 
-    The equations are divided by ω²; all columns of their derivative are computed together.
+    The equations are divided by ω². All columns of their derivative are computed together.
     """
     count, scale = len(unknowns), np.append(np.full(2 * terms, amplitude), unknowns[-1])
     old = math.inf
     for _ in range(_ITERATIONS):
         shifted = np.broadcast_to(unknowns.astype(complex), (count, count)).copy()
-        # imaginary parts give derivatives without a difference, so the step may be tiny
+        # imaginary parts give derivatives without a difference: the step may be tiny
         steps = 1e-30 * np.maximum(np.abs(unknowns), 1.0)
         shifted[np.arange(count), np.arange(count)] += 1j * steps
         angles, rates, bends = _along(shifted, terms)
@@ -133,7 +133,7 @@ def _newton(
         change = np.linalg.solve(matrix, residual)
         unknowns = unknowns - change
         shift = float(np.max(np.abs(change / scale)))
-        # or rounding keeps Newton's method from halving what is left
+        # or rounding keeps Newton's method from halving the rest
         if shift <= _SETTLED or (shift <= 2.0**-40 and shift >= 0.5 * old):
             return unknowns
         if not math.isfinite(shift) or not unknowns[-1] > 0.0:
@@ -158,7 +158,7 @@ def _along(
 
 
 LEAST_FREE = 0.01
-"""Part of the thread that must stay free; its frequency grows without bound as it is used up."""
+"""Part of the thread that must stay free, since its frequency diverges as it is used up."""
 
 
 @dataclass(frozen=True)
@@ -173,12 +173,12 @@ class HangingMachine:
         gravity: g [m/s2].
         drag: torques on the wheel against its motion in the case, or None.
         escapement: impulses on the wheel, or None.
-        release_angle: angle of release of the wheel in its case, at rest there; the thread hangs
+        release_angle: angle of the wheel in its case at release, from rest, with the thread
             plumb [rad].
         damping: c, of the lean of the thread in the case [N m s].
-        heat: how wheel, cam and oil change with temperature and age.
-        stops_when_slack: whether the motion ends where the thread goes slack.
-        stiffness: κ of a spring that draws the weight down [N/m]; 0 without one.
+        heat: changes of wheel, cam and oil with temperature and age.
+        stops_when_slack: whether the motion ends when the thread goes slack.
+        stiffness: κ of a spring that pulls the weight down [N/m], 0 without one.
     """
 
     inertia: float
@@ -196,12 +196,12 @@ class HangingMachine:
 
     follows_apparent_vertical = True
     feels_gravity = True
-    limited_by = 'what the thread allows,'
+    limited_by = 'the range of the thread,'
 
     def at_celsius(self, celsius: float, time_s: float = 0.0) -> HangingMachine:
-        """Return the machine as it is at a temperature [°C], a time after the start [s].
+        """Return the machine with its parameters at this temperature [°C] and time [s].
 
-        It does not change with temperature any more. Its thread is as long as before.
+        The result has constant parameters. Its thread keeps its length.
         """
         factors = self.heat.factors(np.asarray(celsius), np.asarray(time_s))
         return replace(
@@ -219,10 +219,10 @@ class HangingMachine:
 
     @property
     def wheel_is_fast(self) -> bool:
-        """Whether the wheel's mode is the faster one, as with a long thread: l₀ > r + I/(m r).
+        """Whether the wheel's mode is the faster one: l₀ > r + I/(m r), a long thread.
 
-        The wheel's mode is the one that dominates when the wheel is released with the thread
-        plumb; at l₀ = r + I/(m r) both modes have half.
+        The wheel's mode dominates after a release of the wheel with the thread plumb. At
+        l₀ = r + I/(m r) both modes have equal parts.
         """
         return self.length > self.base_radius + self.inertia / (self.mass * self.base_radius)
 
@@ -230,7 +230,7 @@ class HangingMachine:
     def frequency(self) -> float:
         """Angular frequency of small swings in the wheel's mode on land [rad/s].
 
-        For a long thread it tends to √(m g r/I), that of the ideal vertical thread.
+        For a long thread it tends to √(m g r/I), as on an ideal vertical thread.
         """
         return math.sqrt(
             self.gravity / (self.modes.h_prime if self.wheel_is_fast else self.modes.h)
@@ -238,7 +238,7 @@ class HangingMachine:
 
     @property
     def thread_frequency(self) -> float:
-        """Angular frequency of small swings in the other mode, the thread's, on land [rad/s]."""
+        """Angular frequency of small swings in the thread's mode on land [rad/s]."""
         return math.sqrt(
             self.gravity / (self.modes.h if self.wheel_is_fast else self.modes.h_prime)
         )
@@ -250,7 +250,7 @@ class HangingMachine:
 
     @property
     def range_rad(self) -> float:
-        """Largest |u|, at which only a hundredth of the thread is still free [rad]."""
+        """Largest |u| [rad], with LEAST_FREE of the thread still free."""
         return math.sqrt(2.0 * (1.0 - LEAST_FREE) * self.length / self.base_radius)
 
     def sensed_angle(self, angle: float, tilt: float) -> float:
@@ -289,7 +289,7 @@ class HangingMachine:
         return psi_bend, delta_bend
 
     def risen(self, u: np.ndarray, lean: np.ndarray) -> np.ndarray:
-        """Return H, by which the weight is above its place at rest [m], of u and ε."""
+        """Return H, the rise of the weight above its place at rest [m], of u and ε."""
         radius, versine = self.base_radius, 2.0 * np.sin(0.5 * lean) ** 2
         risen = radius * u * np.sin(lean) + (radius + self.length) * versine
         return np.asarray(risen + 0.5 * radius * u * u * np.cos(lean))
@@ -306,7 +306,7 @@ class HangingMachine:
     ) -> float:
         """Return kinetic plus potential energy, 0 at rest in equilibrium [J].
 
-        The angles ψ and δ are counted from the apparent vertical.
+        ψ and δ count from the apparent vertical.
         """
         radius, u = self.base_radius, psi - delta
         free = self.length - 0.5 * radius * u * u
@@ -320,14 +320,14 @@ class HangingMachine:
     def period(self, amplitude: float) -> float:
         """Return the period of the periodic swing in the wheel's mode on land [s].
 
-        In this swing wheel and thread come to rest together and pass the middle together, so that
-        it repeats. Other releases also excite the thread's mode. As A → 0 it becomes the mode of
-        small swings; the sign of A does not matter. CamRangeError: an amplitude at which the whole
-        thread would be wound up; SwingError: no such swing; SlackThreadError: a swing in which the
-        thread goes slack.
+        Wheel and thread come to rest together and pass the middle together, which makes the swing
+        repeat. Other releases also excite the thread's mode. The sign of A does not matter, and
+        A → 0 gives the mode of small swings. CamRangeError: an amplitude that winds up the whole
+        thread. SwingError: no such swing. SlackThreadError: a swing in which the thread goes
+        slack.
         """
         amplitude = abs(amplitude)
-        # the period differs from its limit by a share of A², here below rounding
+        # the period differs from its limit by a share of order A², here below rounding
         if amplitude < 2.0**-40:
             return self.small_period
         if not amplitude < self.range_rad:
@@ -343,14 +343,14 @@ class HangingMachine:
         if not taut.all():
             where = float(course[0][~taut][0])
             raise SlackThreadError(
-                f'the thread goes slack at an angle of {where!r} rad of the wheel; use a smaller '
+                f'the thread goes slack at an angle of {where!r} rad of the wheel. Use a smaller '
                 'amplitude or a lighter weight'
             )
         return period
 
 
 MOST_DAMPED = 2.0
-"""Largest damping ratio: the lean then creeps back four times as slowly as it would swing."""
+"""Largest damping ratio, with which the lean returns four times slower than it would swing."""
 
 
 class HangingThread(ThreadKind):
@@ -367,7 +367,7 @@ class HangingThread(ThreadKind):
     damping_ratio: Annotated[float, Strict(), Field(ge=0.0, le=MOST_DAMPED)] = Field(
         default=0.0,
         description='damping of the lean of the thread in the case, over the critical one of its '
-        f'swing below a wheel at rest, 0 to {MOST_DAMPED:g}; nothing damps it when left out',
+        f'swing below a wheel at rest, 0 to {MOST_DAMPED:g}. When left out it is undamped',
     )
 
     @property
@@ -378,7 +378,7 @@ class HangingThread(ThreadKind):
     def problems(
         self, power: PowerKind, drag: DragKind | None, escapement: EscapementKind | None
     ) -> Iterator[Problem]:
-        """Yield what is not compatible with a thread that swings."""
+        """Yield the keys that a swinging thread excludes."""
         yield from super().problems(power, drag, escapement)
         made_of = getattr(power, 'material', None)
         yield from wrong(
@@ -386,16 +386,16 @@ class HangingThread(ThreadKind):
                 power.pull.stiffness and made_of is not None,
                 'trochlea.power.material',
                 as_written(made_of),
-                f'does not go with trochlea.thread.kind {self.kind}, whose spring does not change '
+                f'does not go with trochlea.thread.kind {self.kind}: its spring does not change '
                 'with temperature',
                 'Leave it out.',
             )
         )
 
     def machine(self, parts: Parts) -> HangingMachine:
-        """Return the machine with a thread that swings."""
+        """Return the machine with a swinging thread."""
         rate = self.cam(parts).linear_rate
-        assert rate is not None  # linear in the cams that this thread takes
+        assert rate is not None  # linear in all cams for this thread
         mass, stiffness = parts.power.pull.carried_mass, parts.power.pull.stiffness
         critical = 2.0 * mass * self.length * math.sqrt(parts.gravity * self.length)
         return HangingMachine(

@@ -1,6 +1,6 @@
 """Sully's machine: the thread pulls a lever that carries the weight.
 
-The thread is tied to a point of the lever, as Euler reports it (1727, V), or lies on an arc of the
+The thread is tied to a point of the lever, as Euler reports it (1727, V), or wraps an arc of the
 lever, as Sully built it (Académie 1724).
 
 One degree of freedom. With the lever's angle β(θ) of `lever_geometry`, β₀ at rest, the weight m at
@@ -9,9 +9,9 @@ the distance AD from the fulcrum, a tail weight m′ at AE beyond it and J = m A
     M(θ) = I + J (dβ/dθ)²,    V(θ) = (m AD − m′AE) g (sin β − sin β₀).
 
 A force F without mass may pull the end of the lever from far off. With the draw H = AD (sin β −
-sin β₀) then V = ∫ F dH, from 0 to H, and J = J_lever.
+sin β₀) it has V = ∫ F dH, from 0 to H, and J = J_lever.
 
-It is not isochronous with the involute. The well is not even, so the two turning points differ.
+On the involute it is not isochronous. The well is not even: the two turning points differ.
 """
 
 from __future__ import annotations
@@ -43,23 +43,22 @@ class LeverMachine:
 
     Attributes:
         inertia: I of the wheel about its axle [kg m2], > 0.
-        mass: m of the weight [kg]; 0 where a force pulls the lever.
+        mass: m of the weight [kg], 0 if a force pulls the lever.
         weight_arm: AD, from the fulcrum to the weight or to the force [m], > 0.
-        lever_inertia: moment of inertia of the lever itself about its fulcrum, at which it is
-            balanced [kg m2], ≥ 0.
+        lever_inertia: moment of inertia of the balanced lever itself about its fulcrum [kg m2],
+            ≥ 0.
         geometry: cam, thread and lever.
         gravity: g [m/s2].
         drag: torques against the motion in the case, or None.
         escapement: the escapement, or None.
-        release_angle: angle of release of the wheel in its case, at rest at the start [rad].
+        release_angle: angle of the wheel in its case at release, from rest [rad].
         tail: mass [kg] and distance from the fulcrum [m] of the weight on the lever's tail.
-        heat: how the numbers change with temperature and age; wheel, cam, lever and thread grow
-            alike.
-        stops_when_slack: whether the motion ends where the thread goes slack.
-        force: P, a pull without mass from far off in the case, along its vertical, of the lever at
-            rest [N]; 0 for a weight.
-        law: how that pull depends on the draw; only the ratio of its forces counts, and P is that
-            at rest. None: it is constant.
+        heat: changes with temperature and age. Wheel, cam, lever and thread grow alike.
+        stops_when_slack: whether the motion ends when the thread goes slack.
+        force: P, a pull without mass at the lever at rest, from far off along the case's vertical
+            [N], 0 for a weight.
+        law: dependence of that pull on the draw, None if it is constant. It is scaled to P at
+            rest.
     """
 
     inertia: float
@@ -77,28 +76,28 @@ class LeverMachine:
     force: float = 0.0
     law: ForceLaw | None = None
 
-    limited_by = 'what the thread allows,'
+    limited_by = 'the range of the thread,'
 
     @property
     def follows_apparent_vertical(self) -> bool:
-        """Whether the direction of the apparent vertical acts on it: on a weight."""
+        """Whether the direction of the apparent vertical acts on it, through a weight."""
         return self.mass > 0.0
 
     @property
     def feels_gravity(self) -> bool:
-        """Whether the strength of the apparent gravity acts on it: on a weight."""
+        """Whether the strength of the apparent gravity acts on it, through a weight."""
         return self.mass > 0.0
 
     def at_celsius(self, celsius: float, time_s: float = 0.0) -> LeverMachine:
-        """Return the machine as it is at a temperature [°C], a time after the start [s].
+        """Return the machine with its parameters at this temperature [°C] and time [s].
 
-        It does not change with temperature any more. Its geometry is the same, since β(θ) depends
-        on ratios of lengths alone. A compensation is in the masses; J is as without it.
+        The result has constant parameters. Its geometry is the same, since β(θ) depends only on
+        ratios of lengths. A compensation scales the masses but not J.
         """
         factors = self.heat.factors(np.asarray(celsius), np.asarray(time_s))
         grown = math.sqrt(float(factors.inertia))
-        # `kept` scales the pull by the masses. J must not change with a compensation, so the lever
-        # takes the moment of inertia that the scaled masses lose.
+        # A compensation scales the pull by the masses but must not change J: the lever takes the
+        # moment of inertia that the scaled masses lose.
         share = float(factors.weight) / grown
         of_weights = self.turned_inertia - self.lever_inertia
         return replace(
@@ -121,13 +120,13 @@ class LeverMachine:
 
     @property
     def moment(self) -> float:
-        """m AD − m′AE, of the weight less that of the tail weight; P AD/g of a force [kg m]."""
+        """m AD − m′AE of the weights, or P AD/g of a force [kg m]."""
         moment = self.mass * self.weight_arm - self.tail[0] * self.tail[1]
         return moment + self.force * self.weight_arm / self.gravity
 
     @property
     def weight_torque(self) -> float:
-        """Torque about the fulcrum, the lever level: (m AD − m′AE) g on land, or P AD [N m]."""
+        """Torque about the fulcrum with a level lever: (m AD − m′AE) g on land, or P AD [N m]."""
         mass, distance = self.tail
         torque = self.mass * self.gravity * self.weight_arm - mass * self.gravity * distance
         return torque + self.force * self.weight_arm
@@ -136,7 +135,7 @@ class LeverMachine:
     def frequency(self) -> float:
         """Small-amplitude ω on land, √(m g (AD/AB) r (1 + r/l₀)/I) [rad/s].
 
-        On an arc with the lever at β₀ cos β₀ stands beside AD.
+        On an arc AD is multiplied by cos β₀.
         """
         shape = self.geometry
         stiffness = shape.base_radius / shape.arm * (shape.depth / shape.length)
@@ -152,7 +151,7 @@ class LeverMachine:
 
     @cached_property
     def edges(self) -> tuple[float, float]:
-        """Least and largest τ: those of the geometry, or where the points of the force end."""
+        """Least and largest τ, limited by the geometry or by the points of the force."""
         low, high = self.geometry.edges
         if self.law is not None:
             longest = np.array(self.law.longest / self.weight_arm)
@@ -173,7 +172,7 @@ class LeverMachine:
         return min(-self.sides[0], self.sides[1])
 
     def sensed_angle(self, angle: float, tilt: float) -> float:
-        """Return the angle that `range_rad` bounds: θ, since the lever is fixed in the case."""
+        """Return the angle that `range_rad` bounds: θ, since the lever turns with the case."""
         return angle
 
     def wider_range(self, amplitude: float) -> str:
@@ -194,7 +193,7 @@ class LeverMachine:
         return self.geometry.wider(amplitude, loads)
 
     def with_inertia(self, inertia: float) -> LeverMachine:
-        """Return the machine with another wheel [kg m2], and with the cam made for that."""
+        """Return the machine with another wheel [kg m2] and its cam."""
         return replace(self, inertia=inertia, geometry=self.geometry.of_inertia(inertia))
 
     def beta(self, angle: ArrayLike) -> FloatArray:
@@ -211,7 +210,7 @@ class LeverMachine:
         return self.inertia + self.turned_inertia * ratio * ratio
 
     def potential(self, angle: ArrayLike) -> FloatArray:
-        """Return V(θ), on land; V(0) = 0 [J]."""
+        """Return V(θ) on land, V(0) = 0 [J]."""
         return self.weight_torque * self._energy(self._risen(self._tau(angle)))
 
     def pushed(self, tau: FloatArray) -> FloatArray:
@@ -220,7 +219,7 @@ class LeverMachine:
         return np.asarray(self.weight_torque * cosine * self.strength(tau))
 
     def strength(self, tau: FloatArray) -> FloatArray:
-        """Return the pull over that at rest: 1, or F(H)/F(0)."""
+        """Return the pull over the pull at rest: 1, or F(H)/F(0)."""
         if self.law is None:
             return np.ones_like(tau)
         drawn = self.weight_arm * self._risen(tau)
@@ -233,7 +232,7 @@ class LeverMachine:
         return np.asarray(math.cos(start) * np.sin(2.0 * angle) - math.sin(start) * versine)
 
     def _tau_of_risen(self, risen: FloatArray) -> FloatArray:
-        """Return |τ| at which H/AD has a value, to rounding."""
+        """Return |τ| of H/AD, to rounding."""
         start = self.geometry.inclination
         cosine, sine = math.cos(start), math.sin(start)
         # cos² β, as a product that keeps its digits near a dead point of a level lever
@@ -241,14 +240,14 @@ class LeverMachine:
         return np.asarray(np.sqrt(risen / (cosine + np.sqrt(np.maximum(square, 0.0)))))
 
     def _energy(self, risen: FloatArray) -> FloatArray:
-        """Return V over the torque at rest with a level lever, at H/AD."""
+        """Return V over the torque at rest with a level lever, of H/AD."""
         if self.law is None:
             return risen
         drawn = np.minimum(self.weight_arm * risen, self.law.longest)
         return np.asarray(self.law.energy(drawn) / (self.weight_arm * self.law.at_rest))
 
     def _risen_of_energy(self, energy: FloatArray) -> FloatArray:
-        """Return H/AD at which `_energy` has a value."""
+        """Return H/AD of `_energy`."""
         if self.law is None:
             return energy
         drawn = self.law.lift_of_energy(energy * (self.weight_arm * self.law.at_rest))
@@ -257,7 +256,7 @@ class LeverMachine:
     def arc(self, angle: ArrayLike) -> FloatArray:
         """Return s(θ) = ∫√M dθ from 0 [√kg m], with the sign of θ.
 
-        As an integral over τ, √(I θ_τ² + J β_τ²) has no singularity at a dead point.
+        The integral over τ, of √(I θ_τ² + J β_τ²), has no singularity at a dead point.
         """
         tau = np.atleast_1d(self._tau(angle))
         return integrate(self.arc_slope, np.zeros(tau.size), tau.ravel()).reshape(np.shape(angle))
@@ -270,8 +269,8 @@ class LeverMachine:
     def swing(self, amplitude: float, w: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return τ and dt/dW along a swing released at rest at A ≠ 0, for any W in [0, π].
 
-        V = V(A) cos²W runs once through the swing as W goes from 0 to π. With Y = ±√V, of the sign
-        of θ, dt/dW = √(M/2)/(dY/dθ); 2 Y/τ and dV/(τ dθ) do not vanish at rest.
+        V = V(A) cos²W: W goes from 0 to π once through the swing. With Y = ±√V, of the sign of θ,
+        dt/dW = √(M/2)/(dY/dθ). 2 Y/τ and dV/(τ dθ) do not vanish at rest.
         """
         shape, cosine = self.geometry, np.cos(w)
         top = float(self._energy(self._risen(self._tau(amplitude))))
@@ -283,7 +282,7 @@ class LeverMachine:
         slope, _ = shape.slopes(tau)
         mass = self.inertia + self.turned_inertia * slope * slope
         pushed = self.pushed(tau)
-        # V/τ², the torque at rest times the mean pull over that at rest
+        # V/τ²: the torque at rest times the mean of `strength`
         square, start = tau * tau, shape.inclination
         per_square = math.cos(start) - square * math.sin(start)
         mean = np.divide(energy, risen, np.ones_like(risen), where=risen > 0.0)
@@ -307,14 +306,14 @@ class LeverMachine:
     def period(self, amplitude: float) -> float:
         """Return the period of free swings on land, without drag [s].
 
-        The sign of the amplitude matters, since the well is not even; 0 gives the limit 2π/ω. The
+        The sign of the amplitude matters, since the well is not even. 0 gives the limit 2π/ω. The
         thread stays taut, since W cos β + J β″θ̇² > 0: within the geometry β″ > 0.
         CamRangeError: an amplitude, or its far turning point, beyond the geometry.
         """
         if amplitude == 0.0:
             return self.small_period
         self._within(np.asarray(amplitude))
-        # V is even in τ, so that the swing turns at −τ on the other side
+        # V is even in τ: the swing turns at −τ on the other side
         tau = -float(self.geometry.tau_of(np.asarray(amplitude)))
         low, high = self.edges
         if not low <= tau <= high:
@@ -335,9 +334,9 @@ class LeverMachine:
         if not np.all((angle >= low) & (angle <= high)):
             worst = float(np.ravel(angle)[np.argmax(np.abs(np.ravel(angle)))])
             raise CamRangeError(
-                f'the angle {worst!r} rad lies beyond the lever geometry, which reaches from '
-                f'{low:.6g} to {high:.6g} rad: there the lever is all but in line with the '
-                'thread, or the thread is wound up. Use a smaller angle or a longer lever'
+                f'the angle {worst!r} rad is beyond the lever geometry, which reaches from '
+                f'{low:.6g} to {high:.6g} rad: there the lever is almost in line with the thread, '
+                'or the thread is wound up. Use a smaller angle or a longer lever'
             )
         return angle
 
@@ -356,7 +355,7 @@ class Tail(Section):
 class LeverThread(ThreadKind):
     """Thread that pulls a lever, which carries the weight or is pulled by a force or a spring.
 
-    With `arc` it lies on an arc of the lever, as Sully built it (1724); with `arm` it is tied to a
+    With `arc` it wraps an arc of the lever, as Sully built it (1724). With `arm` it is tied to a
     point, as Euler reports it (1727, V).
     """
 
@@ -370,19 +369,19 @@ class LeverThread(ThreadKind):
     arm: Positive | None = Field(
         default=None,
         description='distance from the fulcrum to the point where the thread is tied [m], as '
-        'Euler reports it; this or arc',
+        'Euler reports it (this or arc)',
     )
     arc: Positive | None = Field(
         default=None,
         description='radius of the arc about the fulcrum to which the thread is tangent [m], as '
-        'Sully built it; this or arm',
+        'Sully built it (this or arm)',
     )
     weight_arm: Positive = Field(description='distance from the fulcrum to the weight [m]')
     length: Positive = Field(description='free length of the thread at rest [m]')
     inclination: Annotated[float, Strict(), Field(ge=-STEEPEST, le=STEEPEST)] = Field(
         default=0.0,
         description='angle of the lever above the level at rest [rad], '
-        f'-{STEEPEST:g} to {STEEPEST:g}; of an arc, that of the arm that carries the weight',
+        f'-{STEEPEST:g} to {STEEPEST:g}, or angle of the arm with the weight for an arc',
     )
     inertia: NonNegative = Field(
         default=0.0, description="the lever's own moment of inertia about the fulcrum [kg m2]"
@@ -400,7 +399,7 @@ class LeverThread(ThreadKind):
     def problems(
         self, power: PowerKind, drag: DragKind | None, escapement: EscapementKind | None
     ) -> Iterator[Problem]:
-        """Yield what is wrong between its keys, or not compatible with a lever."""
+        """Yield contradictions between its keys, and keys that a lever excludes."""
         yield from super().problems(power, drag, escapement)
         has_arm, is_force, tail = self.arm is not None, not power.pull.pulling_mass, self.tail
         kind = f'does not go with trochlea.power.kind {power.kind}'
@@ -411,7 +410,7 @@ class LeverThread(ThreadKind):
                 self.arc if has_arm else ABSENT,
                 'does not go with trochlea.thread.arm' if has_arm else 'is missing, and so is arc',
                 'Give arm for a thread tied to a point of the lever (Euler), or arc for one that '
-                'lies on an arc about the fulcrum (Sully).',
+                'wraps an arc about the fulcrum (Sully).',
             ),
             (
                 is_force and self.inertia == 0.0,
@@ -429,21 +428,21 @@ class LeverThread(ThreadKind):
                 is_force,
                 'trochlea.thread.tail.mass',
                 tail.mass,
-                f'{kind}, which feels no gravity',
+                f'{kind}, on which gravity does not act',
                 'Leave out trochlea.thread.tail, or use power kind weight.',
             ),
             (
                 not is_force and not tail.mass * tail.distance < moment,
                 'trochlea.thread.tail.mass',
                 tail.mass,
-                f'at {tail.distance!r} m outweighs the weight, whose moment is '
-                f'{moment:.6g} kg m, so that nothing keeps the thread taut',
+                f'at {tail.distance!r} m outweighs the weight, which has a moment of '
+                f'{moment:.6g} kg m, and the thread would go slack',
                 f'Use less than {moment / tail.distance:.4g} kg.',
             ),
         )
 
     def machine(self, parts: Parts) -> LeverMachine:
-        """Return the lever machine; SceneError: a cam that is not compatible with a lever."""
+        """Return the lever machine. SceneError: a cam that does not go with a lever."""
         pull, tail = parts.power.pull, self.tail
         mass, force, law = pull.carried_mass, pull.force, self._law(pull)
         tip = (0.0, 0.0) if tail is None else (tail.mass, tail.distance)
@@ -477,10 +476,10 @@ class LeverThread(ThreadKind):
         )
 
     def _law(self, pull: Pull) -> ForceLaw | None:
-        """Return how a pull depends on the draw of the lever's end; None: it is constant."""
+        """Return the dependence of a pull on the draw of the lever's end, None if constant."""
         if not pull.stiffness:
             return pull.law
-        # as far as the end of any lever rises
+        # the end of a lever rises no farther
         draws = 2.0 * self.weight_arm * np.linspace(0.0, 1.0, LEAST_POINTS)
         force = pull.force + pull.stiffness * draws
         return ForceLaw.through(list(zip(draws.tolist(), force.tolist(), strict=True)))
