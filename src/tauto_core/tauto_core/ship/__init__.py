@@ -1,7 +1,7 @@
-"""The ship: sea, roll, recorded motion, readings of an IMU at the clock, observations of time.
+"""The ship: sea, roll, recorded motion, IMU readings at the clock, observations of time.
 
-Names are loaded at their first use, since the kinds of motion are part of a scene, and a ship's
-source of samples needs a scene.
+Names are loaded at first use: kinds of motion are part of a scene, and a source of samples needs
+one.
 """
 
 from typing import TYPE_CHECKING

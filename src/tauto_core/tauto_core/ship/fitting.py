@@ -1,8 +1,8 @@
-"""Compiled choice and fit of the pieces of ship motion; import on first use only.
+"""Compiled choice and fit of the pieces of ship motion. Import on first use only.
 
-All fits use Newton's form, from divided differences. Data that vary slowly leave small
-differences, so nothing large cancels when they are turned into powers of x, however many samples a
-piece spans. Sums have a fixed order, so the bits do not depend on the batch.
+All fits use Newton's form, from divided differences. Slowly varying data have small differences,
+so their conversion to powers of x cancels little, however many samples a piece spans. Sums have a
+fixed order, so the bits do not depend on the batch.
 """
 
 from typing import NamedTuple
@@ -20,9 +20,9 @@ class Widths(NamedTuple):
     """Samples in the windows from which pieces are fitted.
 
     Attributes:
-        margin: before a regular piece, and after it.
+        margin: before and after a regular piece.
         before_one: before a piece that spans one sample.
-        of_one: in the whole window of such a piece.
+        of_one: in the window of such a piece.
     """
 
     margin: int
@@ -55,19 +55,28 @@ def choose_pieces(
     early: bool,
     final: bool,
 ) -> tuple[IntArray, IntArray, NDArray[np.bool_], int, bool]:
-    """Return the pieces that can be used: first and last sample, and which are regular.
+    """Return the usable pieces: first and last sample, and which are regular.
 
-    Also the number of steps bridged, and whether a gap comes next that is not interpolated.
+    Also the number of steps bridged, and whether a gap follows that is too long.
 
-    A regular piece begins at a multiple of `stride` and spans `stride` samples; its window is
-    evenly spaced, with as many more samples on either side. Where that is impossible, or a logged
-    instant or the end falls inside a piece of several samples, pieces of one sample are used. If
-    `early` is set, the first pieces also span `stride` samples; their windows are as wide but
-    begin at the first sample, and they do not count as regular. A piece that may still become long
-    waits, so the choice does not depend on when samples come.
+    A regular piece begins at a multiple of `stride` and spans `stride` samples, with an evenly
+    spaced window that has a margin on either side. Otherwise, and if a logged instant or the end
+    is inside a piece of several samples, pieces span one sample. With `early` the first pieces
+    also span `stride` samples, with windows as wide from the first sample on, but do not count as
+    regular. A piece that may still become long waits, so the choice does not depend on when
+    samples come.
 
-    Times are in ns; `offset` is the index of the first of them from the start of the run, `begin`
-    the place among them of the first piece wanted. No piece begins at or after `end_ns`.
+    Args:
+        times: of the samples [ns].
+        offset: index of the first of them from the start of the run.
+        begin: place among them of the first piece.
+        stride: samples that a regular piece spans.
+        widths: of the windows.
+        log_ns: log interval [ns].
+        end_ns: the time from which pieces do not begin [ns].
+        gaps: limits of the distances between samples.
+        early: whether the first pieces may span `stride` samples.
+        final: whether these are the last samples.
     """
     have, margin = len(times), widths.margin
     begins = np.empty(max(have - begin, 0), np.int64)
@@ -134,8 +143,14 @@ def fit_values(
 ) -> None:
     """Fill rows of the result with the polynomials through evenly spaced values.
 
-    `basis` has powers of x (rows) of Newton's basis over the factorials (columns), w′ ≥ w = `size`
-    even, zero beyond w; `begins` the first sample of each row's window of w.
+    Args:
+        basis: powers of x (rows) of Newton's basis over the factorials (columns), w′ ≥ w even,
+            zero beyond w.
+        size: w, the samples in a window.
+        values: the samples.
+        begins: the first sample of each row's window.
+        rows: the rows to fill.
+        result: the coefficients.
     """
     newton, powers = np.empty((len(basis), SIZE)), np.empty((len(basis), SIZE))
     for start in range(0, len(rows), SIZE):
@@ -166,9 +181,9 @@ def fit_hermite(
 ) -> None:
     """Fill rows of the result with the polynomials through evenly spaced values and rates [1/s].
 
-    Each sample is two equal nodes. Divided differences that begin at the first of them are kept
-    apart from differences that begin at the second. `size` is twice the number of samples in a
-    window; of each row, `begins` is its first sample and `step_s` the time between samples.
+    Each sample is two equal nodes, and divided differences from the first and from the second are
+    kept apart. Arguments as for `fit_values`, with `size` twice the number of samples in a window
+    and `step_s` the time between samples of each row.
     """
     points = size // 2
     ones, twos = np.empty((points, SIZE)), np.empty((points, SIZE))
@@ -202,10 +217,10 @@ def fit_hermite(
 
 @compiled
 def _take(values: FloatArray, at: IntArray, start: int, lanes: FloatArray, points: int) -> None:
-    """Fill lane r with the window from sample at[start + r] on; spare ones as the last.
+    """Fill lane r with the window from sample at[start + r] on, spare lanes with the last one.
 
-    The loop over the lanes is written out: one at run time would become slow gather and scatter
-    instructions.
+    The loop over the lanes is unrolled, since at run time it would become slow gathers and
+    scatters.
     """
     begins: tuple[int, ...] = ()
     for r in LANES:
@@ -227,10 +242,10 @@ def _to_powers(
     rows: IntArray,
     result: FloatArray,
 ) -> None:
-    """Turn Newton's coefficients into those of the powers of x; small terms first.
+    """Convert Newton's coefficients, the rows of `newton`, to powers of x, small terms first.
 
-    Each lane is one polynomial. The coefficients are the rows of `newton`; `powers`, of the same
-    size, holds intermediate results. Four are done in one pass, after the remainder.
+    Each lane is one polynomial. `powers` holds intermediate results. A pass takes four terms,
+    after the remainder.
     """
     fours = size // 4 * 4
     for j in range(0, size, 2):
@@ -268,8 +283,15 @@ def fit_windows(
 ) -> None:
     """Fill rows of the result with the polynomials through windows of samples at any times.
 
-    `times` are in ns, rates [1/s] or None; `pieces` has the samples at which each piece begins and
-    ends, `begins` the first of its window of `points`. Columns beyond the conditions become zero.
+    Args:
+        times: of the samples [ns].
+        values: the samples.
+        rates: their rates [1/s], or `None`.
+        pieces: the samples at which each piece begins and ends.
+        begins: the first sample of each piece's window.
+        points: samples in a window.
+        rows: the rows to fill.
+        result: the coefficients, zero beyond the conditions.
     """
     twice = 1 if rates is None else 2
     size = twice * points
