@@ -410,7 +410,7 @@ def test_a_shipped_table_is_that_of_its_shape(name):
         ({'format': 2}, 'has the format 2; this version reads 1'),
         ({'sizes': [1.0, 2.0]}, 'is not a hull'),
         ({'frequency': [0.0, 0.2, 0.1]}, 'must have the shape'),
-        ({'damping': np.full((32, 6, 6), np.nan)}, 'must be finite numbers'),
+        ({'damping': np.full((32, 6, 6), np.nan)}, 'must be finite'),
         ({'excitation': np.zeros((32, 2, 6), complex)}, '7 headings are needed'),
     ],
 )

@@ -16,7 +16,7 @@ import difflib
 import math
 import zipfile
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from io import BytesIO
@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from tauto_core.curves.numerics import hermite, spline, spline_slopes, trapezoid
 from tauto_core.files import write_whole
 from tauto_core.samples import FloatArray
-from tauto_core.scene.errors import ABSENT, Problem, TautoError
+from tauto_core.scene.errors import ABSENT, Problem, TautoError, problems_where
 from tauto_core.scene.tables import read_data
 from tauto_core.scene.times import DAY_S, STANDARD_GRAVITY
 
@@ -67,6 +67,12 @@ class HullError(TautoError):
         super().__init__(str(self.problem))
 
 
+def refuse_where(*rows: tuple[object, str, object, str, str]) -> None:
+    """Raise a `HullError` for the first row whose first item, a condition, holds."""
+    for problem in problems_where(*rows):
+        raise HullError(problem.key, problem.value, problem.problem, problem.remedy)
+
+
 def check_proportions(length: float, beam: float, draught: float) -> None:
     """Refuse principal dimensions outside the range of this theory.
 
@@ -80,38 +86,49 @@ def check_proportions(length: float, beam: float, draught: float) -> None:
             draught outside a 20th of the beam to the beam.
     """
     low, high = LENGTHS_M
-    for key, size in (('length', length), ('beam', beam), ('draught', draught)):
-        if not (math.isfinite(size) and size > 0.0):
-            raise HullError(key, size, 'must be a number above 0 m', 'Give it in metres.')
-    if not low <= length <= high:
-        remedy = (
+    refuse_where(
+        *(
+            (
+                not (math.isfinite(size) and size > 0.0),
+                key,
+                size,
+                'must be a number above 0 m',
+                'Give it in metres.',
+            )
+            for key, size in (('length', length), ('beam', beam), ('draught', draught))
+        ),
+        (
+            not low <= length <= high,
+            'length',
+            length,
+            f'must be in [{low:g}, {high:g}] m',
             f'Give it in metres; did you mean {length / 10:g}?'
             if length > high
-            else 'Give the length of the waterline in metres.'
-        )
-        raise HullError('length', length, f'must be in [{low:g}, {high:g}] m', remedy)
-    if not length / 20.0 <= beam <= length / 2.0:
-        raise HullError(
+            else 'Give the length of the waterline in metres.',
+        ),
+        (
+            not length / 20.0 <= beam <= length / 2.0,
             'beam',
             beam,
             f'must be between a 20th and half of the length, {length / 20:.3g} to '
             f'{length / 2:.3g} m',
             'Give the beam of the waterline in metres.',
-        )
-    if draught > beam:
-        raise HullError(
+        ),
+        (
+            draught > beam,
             'draught',
             draught,
             f'must not exceed the beam, {beam:g} m: the hull would be deeper than wide',
             'Give the draught of the hull without its keel.',
-        )
-    if draught < beam / 20.0:
-        raise HullError(
+        ),
+        (
+            draught < beam / 20.0,
             'draught',
             draught,
             f'must be at least a 20th of the beam, {beam / 20:.3g} m',
             'Give the draught in metres.',
-        )
+        ),
+    )
 
 
 def check_froude(speed: float, length: float, gravity: float = STANDARD_GRAVITY) -> None:
@@ -126,14 +143,16 @@ def check_froude(speed: float, length: float, gravity: float = STANDARD_GRAVITY)
         HullError: negative, or a Froude number U/sqrt(g L) above `MOST_FROUDE`.
     """
     limit = MOST_FROUDE * math.sqrt(gravity * length)
-    if not 0.0 <= speed <= limit:
-        raise HullError(
+    refuse_where(
+        (
+            not 0.0 <= speed <= limit,
             'speed',
             speed,
             f'must be in [0, {limit:.3g}] m/s for a hull of {length:g} m: strip theory holds up '
             f'to a Froude number of {MOST_FROUDE}',
             'Sail slower, or a longer hull.',
         )
+    )
 
 
 # -----------------------------------------------------------------------------
@@ -185,39 +204,53 @@ class HullCoefficients:
     excitation: ComplexArray = field(repr=False)
 
     def __post_init__(self) -> None:
-        for problem in self._problems():
-            raise HullError(problem.key, problem.value, problem.problem, problem.remedy)
-
-    def _problems(self) -> Iterator[Problem]:
         remedy = 'Make the table again with `tauto hull`.'
-        n, m = len(self.frequency), self.excitation.shape[1] if self.excitation.ndim == 3 else 0
-        shapes = {
-            'added_mass': (self.added_mass.shape, (n + 1, 6, 6)),
-            'damping': (self.damping.shape, (n, 6, 6)),
-            'excitation': (self.excitation.shape, (n, m, 6)),
-        }
-        for key, (actual, wanted) in shapes.items():
-            if actual != wanted:
-                problem = f'must have the shape {wanted} for {n} frequencies'
-                yield Problem(key, actual, problem, remedy)
-                return
-        if n < 8 or m < 7:
-            problem = 'at least 8 frequencies and 7 headings are needed'
-            yield Problem('frequency', f'{n} by {m} headings', problem, remedy)
-        rising = n > 0 and self.frequency[0] == 0.0 and bool(np.all(np.diff(self.frequency) > 0.0))
-        if not rising:
-            yield Problem('frequency', ABSENT, 'must rise from 0', remedy)
-        for key in ('frequency', 'added_mass', 'damping', 'excitation'):
-            if not np.all(np.isfinite(getattr(self, key))):
-                yield Problem(key, ABSENT, 'must be finite numbers', remedy)
-        sizes = ('volume', 'waterplane_area')
-        for key in sizes:
-            if not getattr(self, key) > 0.0:
-                yield Problem(key, getattr(self, key), 'must be above 0', remedy)
-        block = self.volume / (self.length * self.beam * self.draught)
-        if not 0.05 < block <= 1.001:
-            problem = f'makes a block coefficient of {block:.3g}; it must be in (0.05, 1]'
-            yield Problem('volume', self.volume, problem, remedy)
+        frequency, excitation = self.frequency, self.excitation
+        n, m = len(frequency), excitation.shape[1] if excitation.ndim == 3 else 0
+        shapes = {'added_mass': (n + 1, 6, 6), 'damping': (n, 6, 6), 'excitation': (n, m, 6)}
+        rises = n > 0 and frequency[0] == 0.0 and np.all(np.diff(frequency) > 0.0)
+        tables = ('frequency', *shapes)
+        refuse_where(
+            *(
+                (
+                    getattr(self, key).shape != shape,
+                    key,
+                    getattr(self, key).shape,
+                    f'must have the shape {shape} for {n} frequencies',
+                    remedy,
+                )
+                for key, shape in shapes.items()
+            ),
+            (
+                n < 8 or m < 7,
+                'frequency',
+                f'{n} by {m} headings',
+                'at least 8 frequencies and 7 headings are needed',
+                remedy,
+            ),
+            (not rises, 'frequency', ABSENT, 'must rise from 0', remedy),
+            *(
+                (
+                    not np.all(np.isfinite(getattr(self, key))),
+                    key,
+                    ABSENT,
+                    'must be finite',
+                    remedy,
+                )
+                for key in tables
+            ),
+            *(
+                (not getattr(self, key) > 0.0, key, getattr(self, key), 'must be above 0', remedy)
+                for key in ('volume', 'waterplane_area')
+            ),
+            (
+                not 0.05 < self.block <= 1.001,
+                'volume',
+                self.volume,
+                f'makes a block coefficient of {self.block:.3g}, which must be in (0.05, 1]',
+                remedy,
+            ),
+        )
         check_proportions(self.length, self.beam, self.draught)
 
     @cached_property
@@ -324,7 +357,6 @@ def hull_of_file(content: bytes, path: str) -> HullCoefficients:
     Raises:
         HullError: the content is not a hull's.
     """
-    remedy = _MAKE_ONE
     try:
         if sum(part.file_size for part in zipfile.ZipFile(BytesIO(content)).infolist()) > _LARGEST:
             raise ValueError
@@ -332,14 +364,14 @@ def hull_of_file(content: bytes, path: str) -> HullCoefficients:
             data = {name: file[name] for name in file.files}
     except (ValueError, EOFError, TypeError, AttributeError, RuntimeError, MemoryError, *_DAMAGED):
         problem = 'cannot be read: it is not an .npz file, or it is damaged'
-        raise HullError('path', path, problem, remedy) from None
+        raise HullError('path', path, problem, _MAKE_ONE) from None
     wanted = ('format', 'name', 'source', 'sizes', 'frequency', 'added_mass', 'damping')
     missing = [name for name in (*wanted, 'excitation') if name not in data]
     if missing:
-        raise HullError('path', path, f'lacks {", ".join(missing)}', remedy)
+        raise HullError('path', path, f'lacks {", ".join(missing)}', _MAKE_ONE)
     if data['format'] != _FORMAT:
         problem = f'has the format {data["format"]}; this version reads {_FORMAT}'
-        raise HullError('path', path, problem, remedy)
+        raise HullError('path', path, problem, _MAKE_ONE)
     try:
         length, beam, draught, volume, x, z, area, flotation, across, along = (
             float(size) for size in data['sizes']
@@ -361,7 +393,7 @@ def hull_of_file(content: bytes, path: str) -> HullCoefficients:
             excitation=data['excitation'].astype(np.complex128),
         )
     except (TypeError, ValueError):
-        raise HullError('path', path, 'is not a hull', remedy) from None
+        raise HullError('path', path, 'is not a hull', _MAKE_ONE) from None
 
 
 # -----------------------------------------------------------------------------
@@ -398,22 +430,26 @@ class Shape:
             HullError: dimensions or coefficients out of range.
         """
         check_proportions(self.length, self.beam, self.draught)
-        if not 0.3 <= self.block <= 0.96:
-            raise HullError(
+        refuse_where(
+            (
+                not 0.3 <= self.block <= 0.96,
                 'block',
                 self.block,
                 'must be in [0.3, 0.96]: a yacht without its keel has some 0.4, a ship of the '
                 'line 0.6, a barge 0.9',
                 'Give the volume displaced, divided by length, beam and draught.',
             )
+        )
         across = math.sqrt(self.block) if self.waterplane is None else self.waterplane
-        if not 1.02 * self.block <= across <= 0.99:
-            raise HullError(
+        refuse_where(
+            (
+                not 1.02 * self.block <= across <= 0.99,
                 'waterplane',
                 across,
                 f'must be in [{1.02 * self.block:.3g}, 0.99], above the block coefficient',
                 'Leave it out: it is then the root of the block coefficient.',
             )
+        )
         middle = self.block / across
         return across / (1.0 - across), middle / (1.0 - middle)
 
@@ -524,42 +560,57 @@ class Hull:
 
     def __post_init__(self) -> None:
         length, beam = self.coefficients.length, self.coefficients.beam
-        positive = {'roll_period': 's', 'gravity': 'm/s2'}
-        for key, unit in positive.items():
-            value = getattr(self, key)
-            if not (math.isfinite(value) and value > 0.0):
-                raise HullError(key, value, f'must be above 0 {unit}', 'Give a positive number.')
-        if not 0.0 <= self.roll_damping_ratio < 1.0:
-            raise HullError(
+        radii = (('k_xx', beam, 'beam'), ('k_yy', length, 'length'), ('k_zz', length, 'length'))
+        refuse_where(
+            *(
+                (
+                    not (math.isfinite(value) and value > 0.0),
+                    key,
+                    value,
+                    f'must be above 0 {unit}',
+                    'Give a positive number.',
+                )
+                for key, value, unit in (
+                    ('roll_period', self.roll_period, 's'),
+                    ('gravity', self.gravity, 'm/s2'),
+                )
+            ),
+            (
+                not 0.0 <= self.roll_damping_ratio < 1.0,
                 'roll_damping_ratio',
                 self.roll_damping_ratio,
                 'must be in [0, 1), 1 being critical',
                 'A ship without sail has some 0.05 to 0.1.',
-            )
-        radii = (('k_xx', beam, 'beam'), ('k_yy', length, 'length'), ('k_zz', length, 'length'))
-        for key, size, base in radii:
-            value = getattr(self, key)
-            if value is not None and not 0.1 * size <= value <= 0.6 * size:
-                raise HullError(
+            ),
+            *(
+                (
+                    getattr(self, key) is not None
+                    and not 0.1 * size <= getattr(self, key) <= 0.6 * size,
                     key,
-                    value,
+                    getattr(self, key),
                     f'must be in [{0.1 * size:.3g}, {0.6 * size:.3g}] m, 0.1 to 0.6 of the {base}',
                     f'Leave it out for the usual part of the {base}.',
                 )
-        low, high = -self.coefficients.draught - 0.5 * beam, beam
-        z = self.z_g
-        if not low <= z <= high:
-            is_given = self.centre_of_gravity is not None
-            raise HullError(
+                for key, size, base in radii
+            ),
+        )
+        low, high, z = -self.coefficients.draught - 0.5 * beam, beam, self.z_g
+        is_given = self.centre_of_gravity is not None
+        refuse_where(
+            (
+                not low <= z <= high,
                 'centre_of_gravity' if is_given else 'roll_period',
                 z if is_given else self.roll_period,
-                f'puts the centre of gravity {z:.3g} m over the waterline; it must be in '
+                f'puts the centre of gravity {z:.3g} m over the waterline, which must be in '
                 f'[{low:.3g}, {high:.3g}] m'
                 + ('' if is_given else f' (metacentric height {self.gm:.3g} m)'),
-                'Give it in metres.'
-                if is_given
-                else f'A hull of {beam:.3g} m beam rolls in some {3.1 * math.sqrt(beam):.2g} s.',
+                'Give it in metres.' if is_given else self._usual_period(),
             )
+        )
+
+    def _usual_period(self) -> str:
+        beam = self.coefficients.beam
+        return f'A hull of {beam:.3g} m beam rolls in some {3.1 * math.sqrt(beam):.2g} s.'
 
     @property
     def _roll_rate(self) -> float:
@@ -591,14 +642,15 @@ class Hull:
         middle = 1.0 + 2.0 * c * a24
         constant = c * ((self._k_xx / unit) ** 2 + a44) - self.metacentre / unit
         root = middle**2 - 4.0 * c * a22 * constant
-        if root < 0.0 or middle <= 0.0:
-            raise HullError(
+        refuse_where(
+            (
+                root < 0.0 or middle <= 0.0,
                 'roll_period',
                 self.roll_period,
                 'is too short: no centre of gravity gives this hull such a period',
-                f'A hull of {hull.beam:.3g} m beam rolls in some '
-                f'{3.1 * math.sqrt(hull.beam):.2g} s.',
+                self._usual_period(),
             )
+        )
         return -2.0 * constant / (middle + math.sqrt(root)) * unit
 
     @property
@@ -650,15 +702,18 @@ class Hull:
             'port': (-0.5 * hull.beam, 0.5 * hull.beam),
             'up': (-hull.draught, hull.length),
         }
-        for key, (low, high) in limits.items():
-            value = getattr(place, key)
-            if not low <= value <= high:
-                raise HullError(
+        refuse_where(
+            *(
+                (
+                    not low <= getattr(place, key) <= high,
                     f'clock.{key}',
-                    value,
+                    getattr(place, key),
                     f'must be in [{low:.3g}, {high:.3g}] m: the clock is outside the hull',
                     'Measure from amidships, the centreline and the waterline.',
                 )
+                for key, (low, high) in limits.items()
+            )
+        )
 
     def response(self, omega: FloatArray, heading: float, speed: float = 0.0) -> Response:
         """Return the ship's six motions in regular waves.
