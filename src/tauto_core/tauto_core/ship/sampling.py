@@ -9,7 +9,7 @@ over the built-in and the benchmark's scenes, from 2 to 12.5 Hz, against 40 Hz
 from __future__ import annotations
 
 import math
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import numpy as np
@@ -314,37 +314,15 @@ def _strays(
     for wide in {True, inner}:
         values, _, places = _weights(stride, False, wide)
         count = min(TRIED_WINDOWS, int(scene.duration * rate / stride)) if wide else 1
-        begins = stride * np.arange(max(count, 1))[:, None]
-        nodes = _apparent((begins + np.arange(values.shape[1])) / rate, motion, ship, scene)
-        true = _apparent((begins + places) / rate, motion, ship, scene)
-        heavy = np.min(nodes[1], axis=1) > NEARLY_WEIGHTLESS
-        for value, exact in zip(nodes, true, strict=True):
-            wrong = np.abs(value @ values.T - exact)[heavy]
-            error = max(error, float(np.max(wrong, initial=0.0)))
+        begins = stride * np.arange(max(count, 1), dtype=np.float64)
+        nodes = np.arange(values.shape[1], dtype=np.float64)
+        times = _Times(begins / rate, np.concatenate([nodes, places]) / rate)
+        force = _apparent(motion, times, scene.g, ship.height)
+        sampled, exact = np.split(force.whole, [len(nodes)], axis=2)
+        heavy = np.min(sampled[1], axis=1) > NEARLY_WEIGHTLESS
+        wrong = np.abs(sampled @ values.T - exact)[:, heavy]
+        error = max(error, float(np.max(wrong, initial=0.0)))
     return error
-
-
-def _apparent(
-    time_s: FloatArray, channels: Channels, ship: ShipKind, scene: Surroundings
-) -> tuple[FloatArray, FloatArray]:
-    """Return direction [rad] and size over g of the apparent gravity at some times (ship.md)."""
-    roll, rate, bend = (_summed(channels.roll, time_s, order) for order in range(3))
-    sway = -ship.height * (bend * np.cos(roll) - rate**2 * np.sin(roll))
-    lift = scene.g - ship.height * (bend * np.sin(roll) + rate**2 * np.cos(roll))
-    lift += _summed(channels.heave, time_s, 2)
-    return np.arctan2(-sway, lift), np.hypot(sway, lift) / scene.g
-
-
-def _summed(wave: Harmonics | Fades | None, time_s: FloatArray, order: int) -> FloatArray:
-    """Return a derivative of a sum of harmonics at some times."""
-    total = np.zeros_like(time_s)
-    if isinstance(wave, Harmonics):
-        total += 0.0 if order else wave.mean
-        waves = zip(wave.amplitude, wave.angular_frequency, wave.phase, strict=True)
-        for size, omega, phase in waves:
-            angle = omega * time_s + (phase + 0.5 * np.pi * order)
-            total += size * omega**order * np.cos(angle)
-    return total
 
 
 ComplexArray: TypeAlias = NDArray[np.complex128]
@@ -384,14 +362,14 @@ class _Force(NamedTuple):
     """The apparent gravity over g, arrays of shape (n, m) but the first.
 
     Attributes:
-        overtones: nonlinear parts of its direction [rad] and its size, (2, n, m).
-        size: its size.
+        whole: its direction [rad] and its size, (2, n, m).
+        overtones: their nonlinear parts, (2, n, m).
         upward: its component upwards in the ship.
         bent: distance from the apparent gravity at rest, over its size.
     """
 
+    whole: FloatArray
     overtones: FloatArray
-    size: FloatArray
     upward: FloatArray
     bent: FloatArray
 
@@ -401,11 +379,11 @@ class _Steep:
 
     Attributes:
         at_s: the steepest instant of each of `SEARCHED` parts of the beginning [s].
+        force: returns the apparent gravity at some times.
         least_upward: least component upwards in the ship [m/s²].
     """
 
     def __init__(self, channels: Channels, scene: Surroundings, ship: ShipKind) -> None:
-        self._channels, self._g, self._height = channels, scene.g, ship.height
         assert isinstance(channels.roll, Harmonics)
         size, omega = np.abs(channels.roll.amplitude), channels.roll.angular_frequency
         turns, n = float(np.linalg.norm(size * omega)), SEARCHED
@@ -414,36 +392,38 @@ class _Steep:
             step_s = min(step_s, SEARCH_TURN * float(np.linalg.norm(size)) / turns)
         offsets: FloatArray = step_s * np.arange(n, dtype=np.float64)
         begins: FloatArray = n * offsets
+        self.force = partial(_apparent, channels, g=scene.g, height=ship.height)
         force = self.force(_Times(begins, offsets))
         self.at_s: FloatArray = begins + offsets[np.argmax(force.bent, axis=1)]
         self.least_upward = scene.g * float(np.min(force.upward))
 
-    def force(self, times: _Times) -> _Force:
-        """Return the force at some times (ship.md, hull.md)."""
-        channels, six, g, height = self._channels, self._channels.six, self._g, self._height
-        roll, heave = times.summed(channels.roll, 0), times.summed(channels.heave, 2)
-        sine, cosine = np.sin(roll), np.cos(roll)
-        if six is None:
-            rate, bend = (times.summed(channels.roll, order) for order in (1, 2))
-            ahead, sway = np.zeros_like(roll), -height * bend
-            aside = sway * cosine + height * rate**2 * sine
-            upright = g + heave + sway * sine - height * rate**2 * cosine
-        else:
-            forward, sway = (times.summed(motion, 2) for motion in (six.surge, six.sway))
-            pitch, yaw = (times.summed(motion, 0) for motion in (six.pitch, six.yaw))
-            along = np.cos(yaw) * forward + np.sin(yaw) * sway
-            aside = np.cos(yaw) * sway - np.sin(yaw) * forward
-            up = g + heave
-            ahead = np.cos(pitch) * along - np.sin(pitch) * up
-            upright = np.sin(pitch) * along + np.cos(pitch) * up
-        size = np.sqrt(ahead**2 + aside**2 + upright**2) / g
-        direction = np.arctan2(-aside, upright)
-        return _Force(
-            np.stack([direction + sway / g, size - 1.0 - heave / g]),
-            size,
-            (upright * cosine - aside * sine) / g,
-            np.hypot(aside, upright - g) / (g * size),
-        )
+
+def _apparent(channels: Channels, times: _Times, g: float, height: float) -> _Force:
+    """Return the apparent gravity at some times (ship.md, hull.md)."""
+    six = channels.six
+    roll, heave = times.summed(channels.roll, 0), times.summed(channels.heave, 2)
+    sine, cosine = np.sin(roll), np.cos(roll)
+    if six is None:
+        rate, bend = (times.summed(channels.roll, order) for order in (1, 2))
+        ahead, sway = np.zeros_like(roll), -height * bend
+        aside = sway * cosine + height * rate**2 * sine
+        upright = g + heave + sway * sine - height * rate**2 * cosine
+    else:
+        forward, sway = (times.summed(motion, 2) for motion in (six.surge, six.sway))
+        pitch, yaw = (times.summed(motion, 0) for motion in (six.pitch, six.yaw))
+        along = np.cos(yaw) * forward + np.sin(yaw) * sway
+        aside = np.cos(yaw) * sway - np.sin(yaw) * forward
+        up = g + heave
+        ahead = np.cos(pitch) * along - np.sin(pitch) * up
+        upright = np.sin(pitch) * along + np.cos(pitch) * up
+    size = np.sqrt(ahead**2 + aside**2 + upright**2) / g
+    direction = np.arctan2(-aside, upright)
+    return _Force(
+        np.stack([direction, size]),
+        np.stack([direction + sway / g, size - 1.0 - heave / g]),
+        (upright * cosine - aside * sine) / g,
+        np.hypot(aside, upright - g) / (g * size),
+    )
 
 
 def _has_overtones(channels: Channels, ship: ShipKind) -> bool:
@@ -470,7 +450,7 @@ def _misses_overtones(motion: _Steep, rate: float, stride: int, *, inner: bool) 
         begins: FloatArray = starts * (1.0 / rate)
         force = motion.force(_Times(begins, offsets))
         sampled, exact = np.split(force.overtones, [len(nodes)], axis=2)
-        heavy = np.min(force.size, axis=1) > NEARLY_WEIGHTLESS
+        heavy = np.min(force.whole[1], axis=1) > NEARLY_WEIGHTLESS
         wrong = np.max(np.abs(sampled @ values.T - exact), axis=2)[:, heavy]
         if wrong.size:
             mean = float(np.max(np.sqrt(np.mean(wrong * wrong, axis=1))))
