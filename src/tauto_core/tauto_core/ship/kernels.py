@@ -140,7 +140,8 @@ def _accumulate(
     Two eights of samples on either side of the middle of a block, from `strip` on, are summed
     together. The sums stay in registers, each factor is read once, and the sums are independent.
     """
-    n, x, y, z = len(factors), _no_sums(), _no_sums(), _no_sums()
+    n, zero = len(factors), splat(0.0)
+    x = y = z = zero, zero, zero, zero
     for i in range(n):
         a, b = 2 * (strip * n + i), 2 * ((strip + 1) * n + i)
         c, s = row_of(table, a), row_of(table, a + 1)
@@ -154,11 +155,6 @@ def _accumulate(
     _store_sums(x, mean, middle, strip, value)
     _store_sums(y, 0.0, middle, strip, rate)
     _store_sums(z, 0.0, middle, strip, acceleration)
-
-
-@inlined
-def _no_sums() -> tuple[Any, Any, Any, Any]:
-    return splat(0.0), splat(0.0), splat(0.0), splat(0.0)
 
 
 @inlined

@@ -235,7 +235,7 @@ def check_operator(rao: Rao, heading: float, speed: float) -> None:
     from tauto_core.ship.hull import HullError, check_froude  # only when needed
 
     to_port = min(heading, math.tau - heading)
-    if rao.headings is not None and _between(rao.headings, to_port) is None:
+    if rao.headings is not None and neighbours(rao.headings, to_port) is None:
         low, high = rao.headings[0], rao.headings[-1]
         raise HullError(
             'heading',
@@ -247,7 +247,7 @@ def check_operator(rao: Rao, heading: float, speed: float) -> None:
     if rao.speeds is None:
         if rao.length is not None:
             check_froude(speed, rao.length)
-    elif _between(rao.speeds, speed) is None:
+    elif neighbours(rao.speeds, speed) is None:
         raise HullError(
             'speed',
             speed,
@@ -256,8 +256,11 @@ def check_operator(rao: Rao, heading: float, speed: float) -> None:
         )
 
 
-def _between(rows: Sequence[float], at: float) -> tuple[int, int, float] | None:
-    """Return the rows around a value and the weight of the upper one; `None` outside."""
+def neighbours(rows: Sequence[float], at: float) -> tuple[int, int, float] | None:
+    """Return the indices of the rows around a value and the weight of the upper one.
+
+    `None` outside of the rows.
+    """
     nearest = min(range(len(rows)), key=lambda row: abs(rows[row] - at))
     # degrees converted to radians are off by rounding
     if abs(rows[nearest] - at) < 1e-9:
@@ -287,7 +290,7 @@ def _operator_values(
             (rao.speeds, course.speed),
             (rao.headings, min(course.heading, math.tau - course.heading)),
         ):
-            low, high, share = (rows and _between(rows, at)) or (0, 0, 0.0)
+            low, high, share = (rows and neighbours(rows, at)) or (0, 0, 0.0)
             values = (
                 values[low] if low == high else (1.0 - share) * values[low] + share * values[high]
             )

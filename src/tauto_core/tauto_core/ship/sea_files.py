@@ -9,7 +9,7 @@ import math
 from base64 import b64encode
 from collections.abc import Callable
 from datetime import UTC, datetime
-from functools import reduce
+from functools import partial, reduce
 from typing import Annotated, Any, Literal, TypeVar
 
 import numpy as np
@@ -30,6 +30,7 @@ from tauto_core.scene.tables import (
     utc,
 )
 from tauto_core.scene.times import utc_on
+from tauto_core.ship.sea import neighbours
 from tauto_core.ship.sections import (
     ATHWART,
     MOTIONS,
@@ -124,17 +125,25 @@ def read_operator(file: RaoFile) -> dict[str, Any]:
     if file.heading is None:
         headings = [angle for angle in headings if 0.0 <= angle <= 180.0]
         keys['headings'] = [math.radians(angle) for angle in headings]
-        rows = [((heading, heading, 0.0), speed) for speed in speeds for heading in headings]
+        rows = [((k, k, 0.0), speed) for speed in speeds for k in range(len(headings))]
     else:
         mirrored = file.heading > math.pi
         heading = math.degrees(math.tau - file.heading if mirrored else file.heading)
-        rows = [(_neighbours(file, headings, heading), speed) for speed in speeds]
+        pair = neighbours(headings, heading)
+        if pair is None:
+            problem = (
+                f'is {heading:.6g} deg off following seas, but the operator {file.path} covers '
+                f'{headings[0]:g} to {headings[-1]:g} deg'
+            )
+            remedy = 'Choose a heading within it.'
+            raise SceneError(file.path, 'heading', file.heading, problem, remedy)
+        rows = [(pair, speed) for speed in speeds]
     for name, columns_of in pairs.items():
         sign = -1.0 if mirrored and name in ATHWART else 1.0
         for column, part in zip(columns_of, _PARTS.values(), strict=True):
             values = []
             for (below, above, share), speed in rows:
-                low, high = (table[column][blocks[speed, side]] for side in (below, above))
+                low, high = (table[column][blocks[speed, headings[k]]] for k in (below, above))
                 values += (sign * ((1.0 - share) * low + share * high)).tolist()
             keys[f'{name}_{part}'] = values
     return keys
@@ -171,26 +180,6 @@ def _by_course(table: Columns) -> dict[tuple[float, float], list[int]]:
         value = float(omega[block[0]])
         raise SceneError(table.name, OMEGA, value, problem, 'Give it at more frequencies.')
     return blocks
-
-
-def _neighbours(
-    file: RaoFile, headings: list[float], heading: float
-) -> tuple[float, float, float]:
-    """Return the neighbouring headings of the file [deg], and the weight of the upper one."""
-    # a heading in radians misses 90 degrees by rounding
-    nearest = min(headings, key=lambda angle: abs(angle - heading))
-    if abs(nearest - heading) < 1e-9:
-        return nearest, nearest, 0.0
-    if not headings[0] < heading < headings[-1]:
-        problem = (
-            f'is {heading:.6g} deg off following seas, but the operator {file.path} covers '
-            f'{headings[0]:g} to {headings[-1]:g} deg'
-        )
-        remedy = 'Choose a heading within it.'
-        raise SceneError(file.path, 'heading', file.heading, problem, remedy)
-    above = next(angle for angle in headings if angle > heading)
-    below = headings[headings.index(above) - 1]
-    return below, above, (heading - below) / (above - below)
 
 
 # -----------------------------------------------------------------------------
@@ -298,17 +287,18 @@ class RecordFile(WeatherKind):
     )
 
 
-def read_record(file: RecordFile, *, by_direction: bool) -> dict[str, Any]:
+def read_record(file: RecordFile, *, fixed: bool) -> dict[str, Any]:
     """Return the keys of `ship.weather` with a buoy record.
 
-    Rows without height or period are left out. So are rows without direction, if `by_direction`
-    says that the heading depends on it and any row has one. The first row kept is the last one
+    Rows without height or period are left out. So are rows without direction, if any row has one
+    and the heading depends on it, which `fixed` excludes. The first row kept is the last one
     before `begins`, from which times count.
 
     Raises:
         SceneError: a height or period out of range, a gap longer than `max_gap`, or a beginning
             outside the record, with the line.
     """
+    by_direction = file.follow_route and not fixed
     table = _ndbc_table(file) if file.format == 'ndbc' else _csv_table(file)
     if not len(table):
         problem = 'has no row with a wave height and a period'
@@ -451,15 +441,11 @@ def with_files_read(ship: dict[str, Any], origin: str) -> dict[str, Any]:
             'n cycles apart.',
         )
     if _holds(ship, 'weather', 'path') and ship['weather'].get('kind') == 'record':
-
-        def read_weather(file: RecordFile) -> dict[str, Any]:
-            # a response operator with its own heading needs no directions
-            rao = ship.get('rao')
-            fixed = isinstance(rao, dict) and rao.get('heading') is not None
-            by_direction = file.follow_route and not fixed
-            return read_record(file, by_direction=by_direction)
-
-        read['weather'] = section_read(RecordFile, read_weather, ship, 'weather.path', origin)
+        # a response operator with its own heading needs no directions
+        rao = ship.get('rao')
+        fixed = isinstance(rao, dict) and rao.get('heading') is not None
+        reader = partial(read_record, fixed=fixed)
+        read['weather'] = section_read(RecordFile, reader, ship, 'weather.path', origin)
     return read
 
 

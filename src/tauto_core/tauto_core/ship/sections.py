@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Field, SerializerFunctionWrapHandler, Strict, model_serializer
 
@@ -14,9 +14,6 @@ from tauto_core.scene.sections import NonNegative, Number, OneLine, Positive, Se
 from tauto_core.scene.times import STANDARD_GRAVITY
 from tauto_core.ship.motions import sampled
 from tauto_core.wording import counted
-
-if TYPE_CHECKING:
-    pass
 
 # -----------------------------------------------------------------------------
 ComponentCount: TypeAlias = Annotated[int, Strict(), Field(ge=1, le=4096)]

@@ -18,7 +18,14 @@ from pydantic import Field
 
 from tauto_core.curves.numerics import spline
 from tauto_core.samples import FloatArray, ImuSamples
-from tauto_core.scene.errors import ABSENT, BagError, MotionDataError, Problem, SceneError
+from tauto_core.scene.errors import (
+    ABSENT,
+    BagError,
+    MotionDataError,
+    Problem,
+    SceneError,
+    problems_where,
+)
 from tauto_core.scene.sections import NonNegative, Number, OneLine, Positive, Section
 from tauto_core.scene.tables import (
     ANGLE_UNITS,
@@ -329,58 +336,62 @@ class RecordedShip(ShipKind):
             'roll_column': recorded.roll_column,
             'heave_column': recorded.heave_column,
         }
-        if recorded.topic is not None:
-            for key, column in columns.items():
-                if column is not None:
-                    yield Problem(
-                        f'ship.recorded.{key}',
-                        column,
-                        'names a CSV column, but topic says that path is a bag',
-                        'Leave out topic for a CSV, the columns for a bag.',
-                    )
-            if recorded.scale not in (0.0, 1.0):
-                yield Problem(
-                    'ship.recorded.scale',
-                    recorded.scale,
-                    'does not go with a bag: a measured specific force contains gravity and '
-                    'cannot be scaled',
-                    'Use 1.0, or a CSV of roll and heave.',
-                )
-        else:
-            for key in ('time_column', 'roll_column'):
-                if columns[key] is None:
-                    yield Problem(
-                        f'ship.recorded.{key}',
-                        ABSENT,
-                        'is missing',
-                        'Name the column with its unit, for example t_s and roll_deg; '
-                        'for a bag give topic instead.',
-                    )
         low, high = recorded.passband
-        band = list(recorded.passband)
-        if low >= high:
-            yield Problem(
+        in_bag = recorded.topic is not None
+        yield from problems_where(
+            *(
+                (
+                    in_bag and column is not None,
+                    f'ship.recorded.{key}',
+                    column,
+                    'names a CSV column, but topic says that path is a bag',
+                    'Leave out topic for a CSV, the columns for a bag.',
+                )
+                for key, column in columns.items()
+            ),
+            (
+                in_bag and recorded.scale not in (0.0, 1.0),
+                'ship.recorded.scale',
+                recorded.scale,
+                'does not go with a bag: a measured specific force contains gravity and '
+                'cannot be scaled',
+                'Use 1.0, or a CSV of roll and heave.',
+            ),
+            *(
+                (
+                    not in_bag and columns[key] is None,
+                    f'ship.recorded.{key}',
+                    ABSENT,
+                    'is missing',
+                    'Name the column with its unit, for example t_s and roll_deg; '
+                    'for a bag give topic instead.',
+                )
+                for key in ('time_column', 'roll_column')
+            ),
+            (
+                low >= high,
                 'ship.recorded.passband',
-                band,
+                [low, high],
                 'must rise from the lowest to the highest frequency [Hz]',
-                f'Use [{min(low, high)!r}, {max(low, high)!r}].'
+                f'Use [{high!r}, {low!r}].'
                 if low > high
-                else 'Give two different frequencies, for example [0.02, 0.4].',
-            )
-        if max(low, high) >= self.rate / 2.0:
-            yield Problem(
+                else 'Use two different frequencies, for example [0.02, 0.4].',
+            ),
+            (
+                max(low, high) >= self.rate / 2.0,
                 'ship.recorded.passband',
-                band,
+                [low, high],
                 f'must be below half of ship.rate, {self.rate / 2.0:.6g} Hz',
                 'Lower its upper edge or raise ship.rate.',
-            )
-        if recorded.scale == 0.0:
-            yield Problem(
+            ),
+            (
+                recorded.scale == 0.0,
                 'ship.recorded.scale',
                 recorded.scale,
                 'must not be 0, which stops all motion',
                 'Use 1.0 for the motion as measured, or ship kind still.',
-            )
+            ),
+        )
 
     @property
     def motions(self) -> tuple[str, ...]:

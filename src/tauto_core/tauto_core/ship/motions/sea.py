@@ -30,9 +30,11 @@ from tauto_core.ship.motions import (
 from tauto_core.ship.sea import (
     at_clock,
     band_hz,
+    check_operator,
     elevation,
     height_and_period,
     hull_answer,
+    operator_answer,
     roll_answer,
 )
 from tauto_core.ship.sections import (
@@ -462,15 +464,19 @@ class SeaShip(ShipKind):
         if bare and clock is not None and rao is not None:
             # by default the longest ship. A ship is at most half as wide as long
             length = rao.length or 400.0
-            for key, limit in (('forward', 0.5 * length), ('port', 0.25 * length)):
-                at = getattr(clock, key)
-                if not abs(at) <= limit:
-                    yield Problem(
+            sides = (('forward', clock.forward, 0.5 * length), ('port', clock.port, 0.25 * length))
+            yield from problems_where(
+                *(
+                    (
+                        not abs(at) <= limit,
                         f'ship.clock.{key}',
                         at,
                         f'must be in [{-limit:g}, {limit:g}] m: the clock is outside the ship',
                         "Measure from the operator's origin.",
                     )
+                    for key, at, limit in sides
+                )
+            )
 
     @property
     def motions(self) -> tuple[str, ...]:
@@ -543,7 +549,6 @@ def _check_course(scene: Surroundings, ship: SeaShip, state: WeatherState) -> No
     """Refuse a state's heading or speed that the hull or operator does not cover."""
     from tauto_core.ship.hull import HullError
     from tauto_core.ship.passage import Passage
-    from tauto_core.ship.sea import check_operator
 
     try:
         if ship.rao is not None:
@@ -604,7 +609,6 @@ def sea_motion(scene: Surroundings, ship: SeaShip, stream: int = 0) -> SeaMotion
         roll = roll_answer(waves, ship.roll, course)
         return SeaMotion(met, roll, met if ship.heave else None)
     from tauto_core.ship.hull import ClockPlace, HullError, Response
-    from tauto_core.ship.sea import operator_answer
 
     clock = ship.clock or ClockSection()
     place = ClockPlace(clock.forward, clock.port, ship.height)
