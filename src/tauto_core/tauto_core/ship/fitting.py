@@ -66,17 +66,8 @@ def choose_pieces(
     regular. A piece that may still become long waits, so the choice does not depend on when
     samples come.
 
-    Args:
-        times: of the samples [ns].
-        offset: index of the first of them from the start of the run.
-        begin: place among them of the first piece.
-        stride: samples that a regular piece spans.
-        widths: of the windows.
-        log_ns: log interval [ns].
-        end_ns: the time from which pieces do not begin [ns].
-        gaps: limits of the distances between samples.
-        early: whether the first pieces may span `stride` samples.
-        final: whether these are the last samples.
+    Times are in ns. `offset` is the index of the first sample from the start of the run, `begin`
+    the place of the first piece among the samples. Pieces begin before `end_ns`.
     """
     have, margin = len(times), widths.margin
     begins = np.empty(max(have - begin, 0), np.int64)
@@ -143,14 +134,8 @@ def fit_values(
 ) -> None:
     """Fill rows of the result with the polynomials through evenly spaced values.
 
-    Args:
-        basis: powers of x (rows) of Newton's basis over the factorials (columns), w′ ≥ w even,
-            zero beyond w.
-        size: w, the samples in a window.
-        values: the samples.
-        begins: the first sample of each row's window.
-        rows: the rows to fill.
-        result: the coefficients.
+    `basis` has powers of x (rows) of Newton's basis over the factorials (columns), w′ ≥ w = `size`
+    even, zero beyond w. `begins` has the first sample of each row's window of w.
     """
     newton, powers = np.empty((len(basis), SIZE)), np.empty((len(basis), SIZE))
     for start in range(0, len(rows), SIZE):
@@ -283,15 +268,9 @@ def fit_windows(
 ) -> None:
     """Fill rows of the result with the polynomials through windows of samples at any times.
 
-    Args:
-        times: of the samples [ns].
-        values: the samples.
-        rates: their rates [1/s], or `None`.
-        pieces: the samples at which each piece begins and ends.
-        begins: the first sample of each piece's window.
-        points: samples in a window.
-        rows: the rows to fill.
-        result: the coefficients, zero beyond the conditions.
+    `times` are in ns, rates in 1/s or `None`. `pieces` has the samples at which each piece begins
+    and ends, `begins` the first of its window of `points`. Columns beyond the conditions become
+    zero.
     """
     twice = 1 if rates is None else 2
     size = twice * points

@@ -144,12 +144,9 @@ class Voyaging(Surroundings, Protocol):
 
 
 def with_hindcast_read(content: dict[str, Any], scene: Voyaging, origin: str) -> dict[str, Any]:
-    """Return the keys of a scene with the values of hindcasts along its voyage.
+    """Return the unchecked keys of a scene with the values of hindcasts along its voyage.
 
-    Args:
-        content: unchecked keys.
-        scene: the same voyage, checked.
-        origin: name of the scene, for errors.
+    `scene` is the same voyage, checked, and `origin` its name in errors.
 
     Raises:
         SceneError: no voyage, wrong keys or files, or a track outside a file.

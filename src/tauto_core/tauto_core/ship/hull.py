@@ -51,13 +51,8 @@ SHAPES_FOLDER = Path(__file__).parent / 'hulls'
 
 
 class HullError(TautoError):
-    """A hull, or a use of one, that is refused; names key, value, limit and remedy.
-
-    Args:
-        key: the wrong argument, for example `draught`.
-        value: the given value, or `ABSENT`.
-        problem: the fault, with the limit.
-        remedy: the advice, as a sentence.
+    """A hull, or a use of one, that is refused; `key` is the wrong argument, for example
+    `draught`.
     """
 
     exit_code = 2
@@ -74,12 +69,7 @@ def refuse_where(*rows: tuple[object, str, object, str, str]) -> None:
 
 
 def check_proportions(length: float, beam: float, draught: float) -> None:
-    """Refuse principal dimensions outside the range of this theory.
-
-    Args:
-        length: of the waterline [m].
-        beam: of the waterline [m].
-        draught: without keel [m].
+    """Refuse a length of the waterline, beam or draught without keel [m] outside this theory.
 
     Raises:
         HullError: a length outside `LENGTHS_M`, a beam outside a 20th to half of the length, or a
@@ -132,16 +122,7 @@ def check_proportions(length: float, beam: float, draught: float) -> None:
 
 
 def check_froude(speed: float, length: float, gravity: float = STANDARD_GRAVITY) -> None:
-    """Refuse a speed beyond the validity of the speed terms.
-
-    Args:
-        speed: U [m/s].
-        length: L of the waterline [m].
-        gravity: g [m/s2].
-
-    Raises:
-        HullError: negative, or a Froude number U/sqrt(g L) above `MOST_FROUDE`.
-    """
+    """Refuse a speed [m/s] below 0 or above a Froude number U/sqrt(g L) of `MOST_FROUDE`."""
     limit = MOST_FROUDE * math.sqrt(gravity * length)
     refuse_where(
         (
@@ -348,11 +329,7 @@ def load_hull(path: Path) -> HullCoefficients:
 
 
 def hull_of_file(content: bytes, path: str) -> HullCoefficients:
-    """Return the coefficients in the content of a file of `tauto hull`.
-
-    Args:
-        content: of the file.
-        path: names the file in errors.
+    """Return the coefficients in the content of a file of `tauto hull`; `path` names it in errors.
 
     Raises:
         HullError: the content is not a hull's.
@@ -683,11 +660,7 @@ class Hull:
         return 0.25 if self.k_zz is None else self.k_zz / self.coefficients.length
 
     def check_speed(self, speed: float) -> None:
-        """Refuse a speed [m/s] beyond the validity of the speed terms.
-
-        Raises:
-            HullError: negative, or a Froude number above `MOST_FROUDE`.
-        """
+        """Refuse a speed [m/s] as `check_froude` does."""
         check_froude(speed, self.coefficients.length, self.gravity)
 
     def check_place(self, place: ClockPlace) -> None:
@@ -917,7 +890,7 @@ def rate_by_place(
     Args:
         hull: the ship.
         spectrum: S of the elevation [m2 s/rad] at frequencies [rad/s].
-        headings: directions of the waves from the bow to port [rad].
+        headings: of the waves [rad].
         places: of the clock.
         speed: of the ship [m/s].
         omega: of the trapezoidal sums [rad/s] (`None`: 4000 values from 0.05 to 20 sqrt(g/L)).

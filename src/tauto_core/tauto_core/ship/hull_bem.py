@@ -63,10 +63,7 @@ def solver() -> Any:
 def form_mesh(shape: Shape, lengthways: int = LENGTHWAYS, down: int = DOWN) -> Any:
     """Return the panels of a parametric form under water, both sides.
 
-    Args:
-        shape: the form.
-        lengthways: panels from stern to stem.
-        down: panels from the waterline to the keel.
+    `lengthways` panels from stern to stem, `down` panels from the waterline to the keel.
 
     Raises:
         HullError: a form out of range, or capytaine is not installed.
@@ -93,10 +90,8 @@ def form_mesh(shape: Shape, lengthways: int = LENGTHWAYS, down: int = DOWN) -> A
 def read_mesh(path: Path) -> Any:
     """Return the panels of a file: x forward, y to port, z up from the waterline [m].
 
-    The part above the waterline is cut off, and the middle of the waterline becomes x = 0.
-
-    Args:
-        path: any format that capytaine reads (.nemoh, .gdf, .pnl, .stl, .msh, ...).
+    capytaine reads .nemoh, .gdf, .pnl, .stl, .msh and others. The part above the waterline is cut
+    off, and the middle of the waterline becomes x = 0.
 
     Raises:
         HullError: the file is missing or not a mesh, or the hull is open, dry or asymmetric.

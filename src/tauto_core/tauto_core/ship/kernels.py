@@ -87,20 +87,12 @@ def sum_blocks(
 
     φ = φ_b ± θ_j with φ_b at the middle of block b, exact in 2⁻⁶⁴ turns, and θ_j from there to the
     j-th sample on either side, from a table. cos θ contributes equally to both sides, sin θ with
-    opposite signs. Outputs have the shape (blocks, block). `None` leaves one out of the
-    compiled code.
+    opposite signs. Outputs have the shape (blocks, block). `None` leaves one out of the compiled
+    code.
 
-    Args:
-        first_block: number of the first block.
-        mean: added to the value.
-        phase: at the middle of the scene's first block [2⁻⁶⁴ turns], (n,).
-        increment: advance of the phase in a block [2⁻⁶⁴ turns], (n,).
-        amplitude: a, (n,).
-        omega: angular frequency [rad/s], (n,).
-        table: cos(θ_j), then sin(θ_j), of each component, a row for eight j, (block n/4, 8).
-        value: sum, or `None`.
-        rate: first derivative, or `None`.
-        acceleration: second derivative, or `None`.
+    `phase` at the middle of the scene's first block and its `increment` per block are in 2⁻⁶⁴
+    turns. `table` has cos(θ_j), then sin(θ_j), of each component, a row for eight j, (block n/4,
+    8). `mean` is added to the value.
     """
     n = len(phase)
     turns, sine, cosine = np.empty(n, np.uint64), np.empty(n), np.empty(n)

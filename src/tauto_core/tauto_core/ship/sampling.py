@@ -193,9 +193,7 @@ def _under_way(
 def largest_turn(accuracy: float | None, *, linear: bool) -> float:
     """Return the largest phase of a case's fast mode between two samples [rad].
 
-    Args:
-        accuracy: of the scene [s/day].
-        linear: whether the case swings by linear equations.
+    `accuracy` [s/day] is the scene's. `linear`: the case swings by linear equations.
     """
     coarse = accuracy is not None and accuracy >= COARSE and linear
     return LARGEST_COARSE_TURN if coarse else LARGEST_TURN

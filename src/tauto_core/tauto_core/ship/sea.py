@@ -308,11 +308,7 @@ def hull_answer(
 ) -> SixMotions[Harmonics]:
     """Return the motions of a hull at a place on board, in the waves that it meets.
 
-    Args:
-        waves: elevation amidships [m], with the frequencies at rest.
-        hull: the ship.
-        place: of the clock.
-        course: speed and heading.
+    The waves are the elevation amidships [m], with the frequencies at rest.
 
     Raises:
         HullError: a speed beyond the validity of the coefficients, or a place outside the hull.
@@ -325,13 +321,9 @@ def hull_answer(
 def at_clock(
     waves: Harmonics, response: Response, place: ClockPlace, course: Encounter
 ) -> SixMotions[Harmonics]:
-    """Return the motions at a place in a ship, in the waves that it meets.
+    """Return the motions at a place in a ship from its response in each of the waves, (n,).
 
-    Args:
-        waves: elevation at the ship's origin [m], with the frequencies at rest, (n,).
-        response: the ship's motions in each of them.
-        place: of the clock.
-        course: speed and heading.
+    The waves are the elevation at the ship's origin [m], with the frequencies at rest.
     """
     factors = np.concatenate((response.displacement(place), response.motions[:, 3:]), axis=1)
     return SixMotions(

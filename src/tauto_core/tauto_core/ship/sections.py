@@ -45,10 +45,7 @@ CUTOFF_MEANS = (
 
 
 def cutoff_for(length: float | None, peak_period: float) -> float:
-    """Return the cutoff of a sea: for a hull, the frequency of waves of a tenth of its length [m].
-
-    Shorter waves no longer change the rate of a weight-driven clock (hull.md).
-    """
+    """Return the cutoff of a sea; for a hull [m] at waves of a tenth of its length (hull.md)."""
     if length is None:
         return CUTOFF
     return min(max(still_from(length, peak_period), CUTOFF), MOST_CUTOFF)

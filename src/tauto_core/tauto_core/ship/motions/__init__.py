@@ -205,9 +205,7 @@ class ShipKind(Kind):
     def with_files_read(cls, ship: dict[str, Any], origin: str) -> dict[str, Any]:
         """Return its unchecked keys with the contents of the files that they name.
 
-        Args:
-            ship: keys and values as read.
-            origin: name of the scene as the user wrote it, for error messages.
+        `origin` names the scene in errors.
 
         Raises:
             SceneError: wrong keys or files.

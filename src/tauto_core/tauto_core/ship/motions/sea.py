@@ -752,12 +752,7 @@ def _moved_by(ship: SeaShip) -> dict[str, str]:
 
 
 def sea_warnings(above: float, below: float) -> tuple[str, ...]:
-    """Return warnings of waves outside the frequencies of the operator.
-
-    Args:
-        above: share of their energy beyond its highest frequency, in the worst sea.
-        below: share of their energy below its lowest.
-    """
+    """Return warnings of energy shares above and below the frequencies of the operator."""
     cases = (
         (above, 'above', 'not to move the ship'),
         (below, 'below', 'to move it as their surface does'),

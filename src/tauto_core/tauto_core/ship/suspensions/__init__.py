@@ -74,7 +74,7 @@ class SuspensionKind(Kind):
         raise NotImplementedError
 
     def problems(self, *, still: bool) -> Iterator[Problem]:
-        """Yield the contradictions between its keys, on a ship at rest or under way."""
+        """Yield the contradictions between its keys, for a ship that is `still` or moves."""
         if still:
             yield Problem(
                 'suspension',
