@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from copy import copy
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 from typing import Literal, NamedTuple, TypeAlias, TypeVar
 
 import numpy as np
 
-from tauto_core.samples import FloatArray, ImuSamples, IntArray, SpatialImu, State, join, take
+from tauto_core.samples import FloatArray, ImuSamples, IntArray, SpatialImu, Stateful, join, take
 
 A = TypeVar('A', FloatArray, IntArray)
 
@@ -442,18 +441,18 @@ class MotionRun(NamedTuple):
     stepped_ns: int = 0
 
 
-_STATE = [
-    '_kept', '_before_ns', '_window', '_nodes', '_waiting', '_means', '_gaps', '_astray', 'counts',
-]  # fmt: skip
-
-
-class Continuity:
+class Continuity(Stateful):
     """Sorts screened samples of a live sensor into runs, independently of batches.
 
     Args:
         step_ns: the scene's time between samples.
         max_gap_ns: longest time between samples that is interpolated.
     """
+
+    state_names = (
+        'last', 'kept', 'before_ns', 'window', 'nodes', 'waiting', 'means', 'suspects', 'gaps',
+        'astray', 'counts',
+    )  # fmt: skip
 
     def __init__(self, step_ns: int, max_gap_ns: int) -> None:
         self._step_ns, self._max_gap_ns = step_ns, max_gap_ns
@@ -649,18 +648,6 @@ class Continuity:
             angular_velocity=mean[None, 4:7],
             linear_acceleration=mean[None, 7:],
         )
-
-    def state(self) -> State:
-        """Return the data that later samples need, and the counters."""
-        held = {name: copy(vars(self)[name]) for name in _STATE}
-        suspects = [(tuple(place), sample) for place, sample in self._suspects]
-        return {**held, '_last': self._last and tuple(self._last), '_suspects': suspects}
-
-    def restore(self, state: State) -> None:
-        """Continue from a saved state."""
-        vars(self).update({name: copy(state[name]) for name in _STATE})
-        self._last = state['_last'] and RollSample(*state['_last'])
-        self._suspects = [(RollSample(*place), sample) for place, sample in state['_suspects']]
 
 
 def _unexplained(before: RollSample, now: RollSample) -> float:

@@ -177,21 +177,17 @@ class LoggedPassage:
     def notes(self) -> list[str]:
         """Return notes on doubtful entries of a sound passage."""
         notes = []
-        steps = [
-            (
-                (log_time(b[0]) - log_time(a[0])).total_seconds(),
-                nautical_miles(a[1:3], b[1:3]),
-            )
-            for a, b in pairwise(self.entries)
-        ]
-        fast = [miles * 3600.0 / took for took, miles in steps if took > 0.0]
-        hurried = [knots for knots in fast if knots > FAST_KNOTS]
-        if hurried and not self.is_track:
+        times = [log_time(entry[0]) for entry in self.entries]
+        hours = [(end - begin).total_seconds() / 3600.0 for begin, end in pairwise(times)]
+        miles = [nautical_miles(a[1:3], b[1:3]) for a, b in pairwise(self.entries)]
+        knots = [way / took for way, took in zip(miles, hours, strict=True) if took]
+        fast = [speed for speed in knots if speed > FAST_KNOTS]
+        if fast and not self.is_track:
             notes.append(
-                f'{counted(len(hurried), "step")} of {FAST_KNOTS:g} to {max(hurried):.1f} knots, '
+                f'{counted(len(fast), "step")} of {FAST_KNOTS:g} to {max(fast):.1f} knots, '
                 'perhaps corrections of the reckoning'
             )
-        gaps = [took / DAY_S for took, _ in steps if took > 1.5 * DAY_S]
+        gaps = [took / 24.0 for took in hours if took > 36.0]
         if gaps:
             notes.append(f'{counted(len(gaps), "gap")} of up to {max(gaps):.2g} days')
         windless = sum(not has_wind(entry) for entry in self.entries)
@@ -235,7 +231,7 @@ def scene_of_passage(
         passage: one without problems.
         harbour_days: time in still water before it [days].
     """
-    dropped = (*_OF_THE_LOG, 'air')
+    dropped = 'duration', 'starts_at', 'voyage', 'air'
     mapping = {key: value for key, value in scene.items() if key not in dropped}
     clock = '' if passage.is_track else f'{scene.get("name", "scene")} '
     mapping['name'] = f'{clock}{passage.name}'[:LONGEST_TEXT]
@@ -259,7 +255,6 @@ def scene_of_passage(
     return mapping
 
 
-_OF_THE_LOG = 'duration', 'starts_at', 'voyage'
 OF_THE_SEA = 'sea', 'heading', 'speed'
 """Keys of `ship` that the log replaces."""
 OF_THE_BOX = 'diurnal', 'warmest_hour', 'box_hours'
@@ -455,14 +450,9 @@ def _places(path: str, names: list[str], wanted: Sequence[str]) -> dict[str, int
             problem = f'is named more than once among the columns {", ".join(names)}'
             remedy = 'Rename the one that is not meant.'
             raise SceneError(path, f'line 1, column {name}', ABSENT, problem, remedy)
-    missing = [name for name in wanted if name not in names]
-    if missing:
-        letters = {name.casefold(): name for name in names if name not in wanted}
-        like = difflib.get_close_matches(missing[0].casefold(), letters, 1, 0.5)
-        guess = f'Rename {letters[like[0]]}, with its unit, if that is meant. ' if like else ''
-        problem = f'is missing among the columns {", ".join(names)}'
-        remedy = f'{guess}Give {FORMS}.'
-        raise SceneError(path, f'line 1, column {missing[0]}', ABSENT, problem, remedy)
+        if name not in names:
+            problem = f'is missing among the columns {", ".join(names)}'
+            raise SceneError(path, f'line 1, column {name}', ABSENT, problem, f'Give {FORMS}.')
     return {name: index for index, name in reversed(list(enumerate(names)))}
 
 
@@ -635,6 +625,7 @@ def _pieces(
     """
     fewest, timespec = (LEAST_ENTRIES, 'minutes') if unit == 'line' else (2, 'seconds')
     empty = True
+    ships = Counter(words.get('ship') for words in logs.named.values())
     for number, (log, rows) in enumerate(logs.rows.items(), 1):
         table = np.frombuffer(rows).reshape(-1, _NUMBERS)
         pieces: list[list[list[float]]] = []
@@ -659,7 +650,8 @@ def _pieces(
             key: _printed(word) for key, word in logs.named.get(log, {}).items()
         }
         name = words.pop('number', number)
-        track = words.get('ship') if unit == 'point' and _is_alone(log, logs) else ''
+        is_alone = unit == 'point' and ships[logs.named[log].get('ship')] == 1
+        track = words.get('ship') if is_alone else ''
         for count, piece in enumerate(pieces, 1):
             if len(piece) >= fewest:
                 empty = False
@@ -682,12 +674,6 @@ def _pieces(
         problem = f'has no passage of {fewest} entries, but {", ".join(counts)}'
         remedy = f'A gap of more than {LONGEST_GAP_DAYS:g} days ends a passage. Give a longer log.'
         raise SceneError(path, '', ABSENT, problem, remedy)
-
-
-def _is_alone(log: object, logs: _Logs) -> bool:
-    """Return whether only one log of the file has this log's name."""
-    names = [words.get('ship') for words in logs.named.values()]
-    return names.count(logs.named[log].get('ship')) == 1
 
 
 def _entry(row: list[float], timespec: str) -> LogEntry:
@@ -867,7 +853,9 @@ def _tracks(path: str, text: str, winds: str | None) -> _Logs:
             windy.append(at)
         for at, index, place in hours:
             # a wind replaces the hours of the track near it
-            if not _is_near(at, windy):
+            nearest = bisect_left(windy, at)
+            neighbours = windy[max(nearest - 1, 0) : nearest + 1]
+            if all(abs((wind - at).total_seconds()) >= NEAREST_ENTRIES_S for wind in neighbours):
                 logs.add(number, index, at, place, (None, None, None))
         logs.named[number] = {'number': str(number), 'ship': (track.name or '').strip()}
     return logs
@@ -886,13 +874,6 @@ def _moment(path: str, where: str, point: Any) -> datetime.datetime:
         where = f'{where}, {key}'
         raise SceneError(path, where, value, str(error), 'Correct or drop it.') from None
     return at
-
-
-def _is_near(at: datetime.datetime, times: list[datetime.datetime]) -> bool:
-    """Return whether a time is less than an hour from one of `times`, which increase."""
-    place = bisect_left(times, at)
-    neighbours = times[max(place - 1, 0) : place + 1]
-    return any(abs((time - at).total_seconds()) < NEAREST_ENTRIES_S for time in neighbours)
 
 
 def _winds(path: str) -> list[tuple[datetime.datetime, tuple[float, float, float | None]]]:

@@ -289,15 +289,11 @@ class Passage:
 
     def speed_m_s(self, time_ns: int) -> float:
         """Return the speed over the ground [m/s], 0 in the ports. At a place: the next speed."""
-        if not self.is_under_way(time_ns):
+        if not self.sails_ns < time_ns < self.arrives_ns:
             return 0.0
         stretch = int(np.searchsorted(self._known_ns, time_ns, 'right')) - 1
         run_m = float(self._known_m[stretch + 1]) - float(self._known_m[stretch])
         return run_m * NS_PER_S / int(self._known_ns[stretch + 1] - self._known_ns[stretch])
-
-    def is_under_way(self, time_ns: int) -> bool:
-        """Return whether the ship is between the ports."""
-        return self.sails_ns < time_ns < self.arrives_ns
 
     def course(self, time_ns: int) -> float:
         """Return the course made good, from north to the east [rad], 0 to 2π.
@@ -375,10 +371,8 @@ def _arrives_at(scene: Surroundings, voyage: Itinerary, length_m: float) -> floa
     if arrives_at > scene.duration:
         remaining_s = scene.duration - voyage.sails_at
         faster = ''
-        if remaining_s > 0.0:  # rounded up to four digits
-            unit = 10.0 ** (math.floor(math.log10(length_m / remaining_s)) - 3)
-            speed = math.ceil(length_m / remaining_s / unit) * unit
-            faster = f'a speed of at least {speed:.4g}, '
+        if remaining_s > 0.0:  # 5e-4 more than needed, for the rounding to four digits
+            faster = f'a speed of at least {1.0005 * length_m / remaining_s:.4g}, '
         raise SceneError(
             scene.name,
             'voyage.speed',
@@ -439,6 +433,13 @@ def _of_squared_sine(squared: FloatArray) -> FloatArray:
     )
 
 
+def _radii_m(squared: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the radii of curvature across and along the meridian [m] for sin²φ."""
+    squeezed = 1.0 - SQUARED_ECCENTRICITY * squared
+    across = EQUATOR_M / np.sqrt(squeezed)
+    return across, across * (1.0 - SQUARED_ECCENTRICITY) / squeezed
+
+
 def eotvos(
     latitude_rad: FloatArray | float, east: FloatArray | float, north: FloatArray | float
 ) -> FloatArray:
@@ -452,9 +453,7 @@ def eotvos(
         east: speed over the ground towards the east, v_E [m/s].
         north: speed towards the north, v_N [m/s].
     """
-    squeezed = 1.0 - SQUARED_ECCENTRICITY * np.sin(latitude_rad) ** 2
-    across = EQUATOR_M / np.sqrt(squeezed)
-    along = across * (1.0 - SQUARED_ECCENTRICITY) / squeezed
+    across, along = _radii_m(np.asarray(np.sin(latitude_rad) ** 2))
     turning = 2.0 * EARTH_RATE * np.cos(latitude_rad) * np.asarray(east)
     return np.asarray(turning + np.square(east) / across + np.square(north) / along)
 
@@ -476,9 +475,7 @@ def gravity_between(
     turn = np.diff(longitude)
     turn = np.radians(turn - 360.0 * np.round(turn / 360.0)) / elapsed_s
     middle = 0.5 * (sine[1:] + sine[:-1])
-    squeezed = 1.0 - SQUARED_ECCENTRICITY * middle * middle
-    across = EQUATOR_M / np.sqrt(squeezed)
-    along = across * (1.0 - SQUARED_ECCENTRICITY) / squeezed
+    across, along = _radii_m(middle * middle)
     cosine = np.sqrt(1.0 - middle * middle)
     east = across * cosine * turn
     north = along * np.radians(np.diff(latitude)) / elapsed_s
@@ -506,10 +503,8 @@ class GravityOnTheWay:
         latitude, longitude = np.radians(latitude_deg), np.radians(longitude_deg)
         turn = longitude[2:] - longitude[:-2]
         eastward = turn - 2.0 * np.pi * np.round(turn / (2.0 * np.pi))
-        squeezed = 1.0 - SQUARED_ECCENTRICITY * np.sin(latitude[1:-1]) ** 2
-        across = EQUATOR_M / np.sqrt(squeezed)
-        along = across * (1.0 - SQUARED_ECCENTRICITY) / squeezed
         at = latitude[1:-1]
+        across, along = _radii_m(np.sin(at) ** 2)
         east = across * np.cos(at) * eastward / (2.0 * KNOT_S)
         north = along * (latitude[2:] - latitude[:-2]) / (2.0 * KNOT_S)
         self._knots_ns = self._knots_ns[1:-1]

@@ -36,8 +36,7 @@ FOLDER = 'tauto_core.ship.airs'
 COLDEST, WARMEST = -60.0, 60.0
 """Limits of the air's temperature at sea level, with a margin [°C]."""
 
-KELVIN_FROM = 200.0
-"""A number from here on is not in °C, but perhaps in kelvin."""
+_NOT_CELSIUS = f'must be between {COLDEST:g} and {WARMEST:g} °C', 'Give it in degrees Celsius.'
 
 AIR_KNOT_S = 600
 """Time between knots under way [s], with linear mean and local time between them."""
@@ -106,15 +105,7 @@ def knots_between(first_ns: int, last_ns: int, scene: AirySurroundings) -> IntAr
 def implausible_celsius(key: str, celsius: float) -> Iterator[Problem]:
     """Yield a problem for a temperature [°C] that air cannot have."""
     if not COLDEST <= celsius <= WARMEST:
-        problem = f'must be between {COLDEST:g} and {WARMEST:g} °C'
-        yield Problem(key, celsius, problem, in_celsius(celsius))
-
-
-def in_celsius(value: float) -> str:
-    """Return the remedy for a number that is not a temperature of air in °C."""
-    if value < KELVIN_FROM:
-        return 'Give it in degrees Celsius.'
-    return f'Write {value - 273.15:.4g} if {value:g} is in kelvin.'
+        yield Problem(key, celsius, *_NOT_CELSIUS)
 
 
 # -----------------------------------------------------------------------------
@@ -411,9 +402,7 @@ def read_air(record: AirRecordFile) -> dict[str, Any]:
     celsius = table[_CELSIUS]
     wrong = np.flatnonzero((celsius < COLDEST) | (celsius > WARMEST))
     if wrong.size:
-        row = int(wrong[0])
-        limits = f'must be between {COLDEST:g} and {WARMEST:g} °C'
-        raise table.refusal(row, _CELSIUS, limits, in_celsius(celsius[row]))
+        raise table.refusal(int(wrong[0]), _CELSIUS, *_NOT_CELSIUS)
     table.gaps(
         time,
         record.longest_gap_hours * 3600.0,

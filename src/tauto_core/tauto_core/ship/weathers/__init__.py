@@ -70,11 +70,11 @@ class WeatherState:
 
     def goes_on(self, previous: WeatherState) -> bool:
         """Return whether the seas are the same as in the previous state."""
-        if self.swell is not None or previous.swell is not None:
-            ours, theirs = self.alone, previous.alone
-            return len(ours) == len(theirs) and all(map(WeatherState.goes_on, ours, theirs))
-        same_way = (self.heading, self.speed) == (previous.heading, previous.speed)
-        return self.sea == previous.sea and (self.sea is None or same_way)
+        ours, theirs = (
+            [(one.sea, one.sea and (one.heading, one.speed)) for one in state.alone]
+            for state in (self, previous)
+        )
+        return ours == theirs
 
 
 class WeatherKind(Kind):
@@ -322,6 +322,22 @@ def told(states: Sequence[WeatherState]) -> list[dict[str, Any]]:
 _OF_WAVES = ('significant_wave_height', 'peak_period', 'spectrum', 'heading', 'waves_to', 'speed')
 
 
+def wave_problems(
+    section: Any, key: str, names: Sequence[str], rate_hz: float
+) -> Iterator[Problem]:
+    """Yield the contradictions between `still` and the other keys of waves, `names`."""
+    for name in names:
+        value = getattr(section, name)
+        if section.still and value is not None:
+            problem = 'does not go with still: a calm has no waves'
+            yield Problem(f'{key}.{name}', value, problem, 'Leave out one of them.')
+        elif not section.still and value is None and name in names[:2]:
+            remedy = f'Write `{name}: …`, or `still: true` for a calm.'
+            yield Problem(f'{key}.{name}', ABSENT, 'is missing', remedy)
+    if section.peak_period is not None:
+        yield from sampled(f'{key}.peak_period', section.peak_period, rate_hz)
+
+
 class SeaState(Section):
     """A sea that is fully established at an instant. It builds up from the state before."""
 
@@ -369,24 +385,7 @@ class SeaState(Section):
             if self.at is not None:
                 what, remedy = 'does not go with waypoint', 'Leave one of them out.'
             yield Problem(f'{key}.at', ABSENT if self.at is None else self.at, what, remedy)
-        waves = {name: getattr(self, name) for name in _OF_WAVES}
-        names = [name for name, value in waves.items() if value is not None]
-        if self.still and names:
-            problem = 'does not go with still: a calm has no waves'
-            yield Problem(f'{key}.{names[0]}', waves[names[0]], problem, 'Leave out one of them.')
-        if not self.still:
-            yield from (
-                Problem(
-                    f'{key}.{name}',
-                    ABSENT,
-                    'is missing',
-                    f'Write `{name}: …`, or `still: true` for a calm.',
-                )
-                for name in ('significant_wave_height', 'peak_period')
-                if name not in names
-            )
-            if self.peak_period is not None:
-                yield from sampled(f'{key}.peak_period', self.peak_period, rate_hz)
+        yield from wave_problems(self, key, _OF_WAVES, rate_hz)
         turned, waves_to = self.heading is not None, self.waves_to
         yield from problems_where(
             (

@@ -13,7 +13,6 @@ from pydantic import Field, Strict
 from tauto_core.scene.errors import ABSENT, Problem, SceneError
 from tauto_core.scene.sections import Flag, Positive, SceneTime, Section
 from tauto_core.scene.times import DAY_S, LAST_STAMP_S, NS_PER_S, nanoseconds
-from tauto_core.ship.motions import sampled
 from tauto_core.ship.sections import Heading
 from tauto_core.ship.weathers import (
     HIGHEST_M,
@@ -21,6 +20,7 @@ from tauto_core.ship.weathers import (
     WeatherKind,
     WeatherSetting,
     WeatherState,
+    wave_problems,
 )
 
 # -----------------------------------------------------------------------------
@@ -254,23 +254,9 @@ class ClimateWeather(WeatherKind):
                         'is missing, and there is no climate to take it from',
                         f'Write `{name}: …`, or `climate: {" or ".join(CLIMATES)}`.',
                     )
-        port = self.port
-        if port is None:
-            return
-        waves = {
-            name: getattr(port, name)
-            for name in ('significant_wave_height', 'peak_period', 'heading')
-        }
-        for name, value in waves.items():
-            key = f'ship.weather.port.{name}'
-            if port.still and value is not None:
-                what = 'does not go with still: a calm has no waves'
-                yield Problem(key, value, what, 'Leave out one of them.')
-            elif not port.still and value is None and name != 'heading':
-                remedy = f'Write `{name}: …`, or `still: true` for a calm.'
-                yield Problem(key, ABSENT, 'is missing', remedy)
-        if port.peak_period is not None:
-            yield from sampled('ship.weather.port.peak_period', port.peak_period, rate_hz)
+        if self.port is not None:
+            names = 'significant_wave_height', 'peak_period', 'heading'
+            yield from wave_problems(self.port, 'ship.weather.port', names, rate_hz)
 
     def facts(self) -> dict[str, object]:
         """Return the sources of the numbers."""
