@@ -60,10 +60,9 @@ def _swings(e: float, c: float, k: float) -> str:
 def _figure_3(c: float) -> View:
     drawing = Drawing(-0.6, 0.6, -0.68, 0.12)
     drawing.line((-0.5, -AXLE), (0.5, -AXLE), (0.5, AXLE), (-0.5, AXLE), closed=True)
-    for side in (-1.0, 1.0):
-        # the supports at both ends
-        drawing.line((0.5 * side, -AXLE), (0.38 * side, -AXLE), look='heavy')
-        drawing.line((0.44 * side, -AXLE), (0.44 * side, -0.14), look='heavy')
+    for side in (-1.0, 1.0):  # the supports
+        end, middle = (0.5 * side, -AXLE), (0.44 * side, -AXLE)
+        drawing.lines('heavy', (end, (0.38 * side, -AXLE)), (middle, (0.44 * side, -0.14)))
     turn = np.linspace(0.0, math.tau, 61)
     drawing.curve(0.16 * np.sin(turn), -c - 0.17 * np.cos(turn), 'curve')
     drawing.line((0.0, -AXLE), (0.0, 0.17 - c), look='curve')
@@ -141,9 +140,7 @@ def _figure_5(motion: float, seconds: float) -> View:
     low = _below(axle, C, phi)
     _body(drawing, axle, low, K)
     drawing.line((0.0, 0.15), (0.0, -0.6), look='faint')
-    drawing.line((0.0, 0.0), touch, look='thin')
-    drawing.line((0.0, low[1]), low, look='thin')
-    drawing.line((0.0, axle[1]), axle, look='thin')
+    drawing.lines('thin', ((0.0, 0.0), touch), ((0.0, low[1]), low), ((0.0, axle[1]), axle))
     # the letters of the vertical are on the side opposite to the axle
     side = math.copysign(1.0, theta)
     drawing.letters(

@@ -146,6 +146,11 @@ class Drawing:
         x, y = np.array(points, np.float64).T
         self.curve(x, y, look, closed=closed)
 
+    def lines(self, look: str, *lines: Sequence[Point]) -> None:
+        """Draw polylines of the same look."""
+        for points in lines:
+            self.line(*points, look=look)
+
     def curve(
         self, x: ArrayLike, y: ArrayLike, look: str = 'ink', *, closed: bool = False
     ) -> None:

@@ -17,10 +17,10 @@ from collections.abc import Callable
 
 import numpy as np
 from scipy.integrate import quad, solve_ivp
-from scipy.optimize import brentq
 
 from tauto_core.curves import FluidTautochrone
 from tauto_core.curves.fluid import ActaCurve, abscissa, chained, coordinates
+from tauto_core.curves.numerics import root_of
 from tauto_core.euler.edition import Claim, G, letters_of, read_claims
 from tauto_core.machines.fluid_pendulum import descent_time
 from tauto_core.samples import FloatArray
@@ -73,11 +73,6 @@ def derivative(function: Callable[[float], float], at: float, step: float = 1e-3
     inner = function(at + step) - function(at - step)
     outer = function(at + 2.0 * step) - function(at - 2.0 * step)
     return (8.0 * inner - outer) / (12.0 * step)
-
-
-def zero_of(function: Callable[[float], float], low: float, high: float) -> float:
-    """Return the root of a function between two arguments, to rounding."""
-    return float(brentq(function, low, high, xtol=1e-15, rtol=1e-14))
 
 
 def quarter(start: float, friction: float = 0.0, length: float = F) -> float:
@@ -142,13 +137,13 @@ def ascent(start: float, length: float) -> float:
 # The reference values of the claims, by their names in `fluid.yaml`.
 
 
-def values() -> dict[str, float]:
-    """Return all reference values of the paper."""
-    return _of_arc() | _of_cylinder() | _of_globe() | _of_cusps() | _of_shape() | _of_arcs()
+def claims() -> list[Claim]:
+    """Return the claims of the paper, in its order."""
+    return read_claims('B', 'fluid', _of_arc() | _of_cusps() | _of_shape() | _of_arcs())
 
 
 def _of_arc() -> dict[str, float]:
-    """Return the values at the arc S: heights x and u, slopes, t and v, and times."""
+    """Return the values at the arc S, by globe and cylinder, and of short arcs."""
     return {
         'x': height(S),
         'u': height(-S, length=H),
@@ -169,16 +164,17 @@ def _of_arc() -> dict[str, float]:
         'quarter_with_friction': quarter(S, FRICTION),
         'height_of_curve': height(S),
         'x_with_friction': float(FluidTautochrone(GLOBE, GAMMA, F, FRICTION).height(S)),
-    }
-
-
-def _of_cylinder() -> dict[str, float]:
-    return {
         'any_fall': _time_of_any_fall(),
         't_cylinder': fallen(S, CYLINDER),
         'dt_cylinder': derivative(lambda s: fallen(s, CYLINDER), S),
         'x_cylinder': height(S, CYLINDER),
         'dx_cylinder': slope(S, CYLINDER),
+        'drag_of_globe': _drag_of_globe(A, N),
+        'drag_of_twice': _drag_of_globe(2.0 * A, 2.0 * N) / _drag_of_globe(A, N),
+        'x_in_vacuum': GAMMA * height(S, kappa=1e-11),
+        'x_thin': height(S, kappa=1e-11),
+        'x_short': height(SHORT),
+        'u_short': height(-SHORT),
     }
 
 
@@ -196,24 +192,13 @@ def _drag_of_globe(size: float, density: float) -> float:
     return 0.5 * 0.5 * density * 0.25 * math.pi * size**2 / mass
 
 
-def _of_globe() -> dict[str, float]:
-    return {
-        'drag_of_globe': _drag_of_globe(A, N),
-        'drag_of_twice': _drag_of_globe(2.0 * A, 2.0 * N) / _drag_of_globe(A, N),
-        'x_in_vacuum': GAMMA * height(S, kappa=1e-11),
-        'x_thin': height(S, kappa=1e-11),
-        'x_short': height(SHORT),
-        'u_short': height(-SHORT),
-    }
-
-
 def _of_cusps() -> dict[str, float]:
-    s = zero_of(lambda s: slope(s) - 1.0, 0.1, 1.5)
-    t = zero_of(lambda t: slope(-t) + 1.0, 0.1, 4.0)
-    down = zero_of(lambda s: slope(s, THIN) - 1.0, 0.1, 1.5)
-    up = zero_of(lambda t: slope(-t, THIN, H) + 1.0, 0.1, 1.5)
+    s = root_of(lambda s: slope(s) - 1.0, 0.1, 1.5, 1e-15)
+    t = root_of(lambda t: slope(-t) + 1.0, 0.1, 4.0, 1e-15)
+    down = root_of(lambda s: slope(s, THIN) - 1.0, 0.1, 1.5, 1e-15)
+    up = root_of(lambda t: slope(-t, THIN, H) + 1.0, 0.1, 1.5, 1e-15)
     bent = derivative(lambda s: math.asin(slope(s)), s - 1e-5, 1e-6)
-    of_h = zero_of(lambda s: slope(s, length=H) - 1.0, 0.1, 1.5)
+    of_h = root_of(lambda s: slope(s, length=H) - 1.0, 0.1, 1.5, 1e-15)
     return {
         's_cusp': s,
         'x_cusp': height(s),
@@ -233,7 +218,7 @@ def _of_shape() -> dict[str, float]:
     p = 1.0 / slope(S)
 
     def place(p: float) -> float:
-        return height(zero_of(lambda s: 1.0 / slope(s) - p, 0.01, 0.65))
+        return height(root_of(lambda s: 1.0 / slope(s) - p, 0.01, 0.65, 1e-15))
 
     curve = FluidTautochrone(GLOBE, GAMMA, F)
     ends = curve.ascent_cusp, curve.descent_cusp
@@ -254,12 +239,12 @@ def _of_shape() -> dict[str, float]:
 
 def _of_arcs() -> dict[str, float]:
     limit = math.log1p(BETA) / GLOBE
-    start = zero_of(lambda s: fallen(s) - B, 0.1, limit)
-    small = zero_of(lambda s: fallen(s) - SMALL, 1e-3, limit)
+    start = root_of(lambda s: fallen(s) - B, 0.1, limit, 1e-15)
+    small = root_of(lambda s: fallen(s) - SMALL, 1e-3, limit, 1e-15)
     end, small_end = -swing(start)[1], -swing(small)[1]
     return {
-        's_fastest': zero_of(
-            lambda s: 2.0 * GLOBE * speed_height(s) - GAMMA * slope(s), 1e-3, 0.3
+        's_fastest': root_of(
+            lambda s: 2.0 * GLOBE * speed_height(s) - GAMMA * slope(s), 1e-3, 0.3, 1e-15
         ),
         's_start': start,
         's_end': end,
@@ -269,8 +254,3 @@ def _of_arcs() -> dict[str, float]:
         'small_difference': small - small_end,
         'small_sum': small + small_end,
     }
-
-
-def claims() -> list[Claim]:
-    """Return the claims of the paper, in its order."""
-    return read_claims('B', 'fluid', values())

@@ -39,10 +39,9 @@ def _figure_1(kappa: float, part: float) -> View:
     drawing = Drawing(-0.12, 0.62, -0.07, 0.42)
     x, y = _branch(curve, 0.65)
     drawing.curve(x, y, 'curve')
-    drawing.line((0.0, 0.0), (0.0, 0.4))
     (height, near_height), (level, near_level) = coordinates(curve, np.array([arc, 1.12 * arc]))
     (top,), (start,) = coordinates(curve, np.array([_START]))
-    drawing.line((0.0, height), (level, height))
+    drawing.lines('ink', ((0.0, 0.0), (0.0, 0.4)), ((0.0, height), (level, height)))
     drawing.line((0.0, near_height), (near_level, near_height), look='thin')
     drawing.letters(
         ((0.0, 0.0), 'A', -4.0, -12.0),
@@ -78,8 +77,7 @@ def _figure_2(descent: float, ascent: float) -> View:
     reach = math.log1p(up.kappa * math.sqrt(2.0 * lowest * ascent)) / up.kappa
     (x,), (y,) = coordinates(down, np.array([arc]))
     (u,), (w,) = coordinates(up, np.array([-reach]))
-    drawing.line((0.0, x), (y, x))
-    drawing.line((0.0, u), (w, u))
+    drawing.lines('ink', ((0.0, x), (y, x)), ((0.0, u), (w, u)))
     drawing.letters(
         ((0.0, 0.0), 'A', -2.0, -12.0),
         ((0.0, x), 'P', -9.0, 3.0),
@@ -102,14 +100,13 @@ def _figure_3(kappa: float) -> View:
     arc = np.linspace(0.0, 1.2, 60)
     height = curve.height(arc)
     mask = height <= 0.8
-    drawing.line((0.0, 0.0), (0.0, 0.8))
     drawing.curve(arc[mask], height[mask], 'curve')
     cusp = curve.descent_cusp
     top = float(curve.height(cusp))
     drawing.line((cusp - 0.12, top - 0.12), (cusp + 0.1, top + 0.1), look='other')
     middle = 0.6 * cusp
     low = float(curve.height(middle))
-    drawing.line((0.0, low), (middle, low))
+    drawing.lines('ink', ((0.0, 0.0), (0.0, 0.8)), ((0.0, low), (middle, low)))
     drawing.letters(
         ((0.0, 0.0), 'A', -4.0, -11.0),
         ((0.0, low), 'P', -10.0, 2.0),
@@ -132,10 +129,9 @@ def _figure_4(ascent: float) -> View:
         height = branch.height(sign * arc)
         mask = height <= 1.2
         drawing.curve(arc[mask], height[mask], look)
-    drawing.line((0.0, 0.0), (0.0, 1.2))
     arc_n = 0.5
     low = float(curve.height(-arc_n))
-    drawing.line((0.0, low), (arc_n, low))
+    drawing.lines('ink', ((0.0, 0.0), (0.0, 1.2)), ((0.0, low), (arc_n, low)))
     drawing.letters(
         ((0.0, 0.0), 'A', -4.0, -11.0),
         ((0.0, low), 'Q', -10.0, 2.0),

@@ -119,10 +119,12 @@ def _figure_iii(turn: float) -> View:
     size = 0.011
     weight = end + size * np.array([-math.sin(beta), math.cos(beta)])
     drawing.circle(weight, size, 'solid')
-    drawing.letter((0.0, 0.0), 'C', -12.0, 5.0)
-    drawing.letter(fulcrum, 'A', -12.0, 2.0)
-    drawing.letter(tied, 'B', -10.0, 9.0)
-    drawing.letter(end, 'D', 2.0, -14.0)
+    drawing.letters(
+        ((0.0, 0.0), 'C', -12.0, 5.0),
+        (fulcrum, 'A', -12.0, 2.0),
+        (tied, 'B', -10.0, 9.0),
+        (end, 'D', 2.0, -14.0),
+    )
     drawing.note(weight, 'P', 20.0, 0.0, 'letter')
     return View(
         drawing,
@@ -137,20 +139,22 @@ def _figure_iv(turn: float) -> View:
     drawing = Drawing(-3.0, 3.0, -4.3, 2.9, 280.0)
     drawing.circle((0.0, 0.0), rim, 'faint')
     _cheeks(drawing, _UNIT, turn, 2.3, (arm, -4.2))
-    drawing.line((0.0, 0.0), (0.0, -rim))
-    drawing.line((0.0, 0.0), (arm, 0.0), look='thin')
-    drawing.line((arm, 0.0), touch, look='thin')
     outer = _at((0.0, rim), turn)
-    drawing.line((0.0, 0.0), outer)
-    drawing.letter((0.0, 0.0), 'C', -10.0, 6.0)
-    drawing.letter((0.0, -rim), 'B', -9.0, -8.0)
-    drawing.letter((arm, -4.0), 'R', 10.0, 0.0)
+    drawing.line((0.0, 0.0), (arm, 0.0), touch, look='thin')
+    drawing.line((0.0, -rim), (0.0, 0.0), outer)
+    drawing.letters(
+        ((0.0, 0.0), 'C', -10.0, 6.0),
+        ((0.0, -rim), 'B', -9.0, -8.0),
+        ((arm, -4.0), 'R', 10.0, 0.0),
+    )
     if turn:
-        drawing.letter(outer, 'O', 10.0, -4.0)
         drawing.line((0.0, touch[1]), touch)
-        drawing.letter((0.0, touch[1]), 'T', -9.0, -2.0)
-        drawing.letter(touch, 'M', 10.0, -5.0)
-        drawing.letter((arm, 0.0), 'N', 6.0, 7.0)
+        drawing.letters(
+            (outer, 'O', 10.0, -4.0),
+            ((0.0, touch[1]), 'T', -9.0, -2.0),
+            (touch, 'M', 10.0, -5.0),
+            ((arm, 0.0), 'N', 6.0, 7.0),
+        )
     return View(
         drawing,
         f'*TM* = {arm:.3f} *CT* at the angle *BCO* = {turn:.1f}: the force at *O*, in units of '
@@ -189,12 +193,12 @@ def _figure_v(step: float) -> View:
     drawing.circle((0.0, 0.0), 1.0, 'faint')
     drawing.curve(curve[0], -curve[1], 'curve')
     origin = np.zeros(2)
-    for end in (m_point, m_next):
-        drawing.line(origin, end * down, look='thin')
-    drawing.line(m_point * down, crossing * down)
-    drawing.line(m_next * down, near_foot * down)
-    for end in (t_point, near_foot):
-        drawing.line(origin, end * down)
+    drawing.line(m_point * down, origin, m_next * down, look='thin')
+    drawing.lines(
+        'ink',
+        (m_point * down, crossing * down),
+        (m_next * down, near_foot * down, origin, t_point * down),
+    )
     polar = [math.atan2(-point[1], point[0]) for point in (m_point, m_next)]
     size = float(np.hypot(*m_point))
     drawing.arc((0.0, 0.0), size, polar[0], polar[1], 'other')
@@ -234,9 +238,7 @@ def _figure_vi(z: float) -> View:
 
     p_point = np.array([-z, -1.0])
     size = math.hypot(1.0, z)
-    drawing.line(ray(0.0), p_point)
-    drawing.line(np.zeros(2), p_point)
-    drawing.line(np.zeros(2), size * ray(s_angle))
+    drawing.line(ray(0.0), p_point, np.zeros(2), size * ray(s_angle))
     drawing.arc((0.0, 0.0), size, -0.5 * math.pi - n_angle, -0.5 * math.pi + s_angle, 'faint')
     drawing.line(ray(z), size * ray(s_angle), look='thread')
     # the points constructed so far, and the involute of `curves`
@@ -277,17 +279,10 @@ def _figure_vii(turn: float) -> View:
     end = np.array([turn, -2.6])
     lift = 0.5 * (turn**2 - (turn - fall) ** 2)
     near_end = np.array([turn - fall, -2.6 - lift])
-    drawing.line(place, end, look='thread')
-    drawing.line(m_next, near_end, look='thread')
-    drawing.line(np.array([0.0, -1.0]), place, look='thin')
-    drawing.line(near_end, np.array([turn, near_end[1]]), look='faint')
-    drawing.line(end, np.array([turn, near_end[1]]), look='faint')
-    drawing.line(end, near_end, look='faint')
+    drawing.lines('thread', (place, end), (m_next, near_end))
+    drawing.line(near_end, (turn, near_end[1]), end, look='faint', closed=True)
     mark, second = (np.array(_at((0.0, 1.0), angle)) for angle in (turn, turn - fall))
-    for foot in (mark, second):
-        drawing.line(np.zeros(2), foot, look='thin')
-    for point in (place, m_next):
-        drawing.line(np.zeros(2), point, look='thin')
+    drawing.lines('thin', ((0.0, -1.0), place, (0.0, 0.0), m_next), (mark, (0.0, 0.0), second))
     drawing.letters(
         (np.zeros(2), 'C', -8.0, 7.0),
         (np.array([0.0, -1.0]), 'B', -9.0, -7.0),
@@ -391,8 +386,7 @@ def _figure_ix(ratio: float, angle: float) -> View:
     places = {name: np.array(_at((at[name][0], at[name][1]), angle)) for name in 'MNPO'}
     hole = places['O']
     _cheeks(drawing, cam, angle, reach, hole)
-    drawing.line(np.zeros(2), places['P'])
-    drawing.line(places['P'], places['M'])
+    drawing.line(np.zeros(2), places['P'], places['M'])
     drawing.line(np.zeros(2), places['M'], look='thin')
     drawing.line(np.zeros(2), hole, look='faint')
     tip: FloatArray = np.array(_at(cam.contact(0.0), angle))
@@ -424,13 +418,10 @@ def _figure_x(angle: float) -> View:
     _cheeks(drawing, cam, angle, 1.7, places['O'])
     drawing.line(places['N'], places['M'], look='thin')
     drawing.line(places['O'], (0.0, -3.0), look='thread')
-    for side in (-1.0, 1.0):
-        drawing.line((0.08 * side, -2.0), (0.6 * side, -2.0), look='heavy')
-    drawing.line(np.zeros(2), places['N'])
-    drawing.line(np.zeros(2), places['P'], places['M'])
     top = np.array(_at((0.0, 2.0), angle))
-    drawing.line(np.zeros(2), top, look='faint')
-    drawing.line(np.zeros(2), places['O'], look='faint')
+    drawing.lines('heavy', ((-0.6, -2.0), (-0.08, -2.0)), ((0.08, -2.0), (0.6, -2.0)))
+    drawing.line(places['N'], np.zeros(2), places['P'], places['M'])
+    drawing.line(top, np.zeros(2), places['O'], look='faint')
     drawing.letters(
         (np.zeros(2), 'C', -9.0, 7.0),
         (places['O'], 'O', -11.0, 6.0),
@@ -473,10 +464,8 @@ def _figure_xi(step: float) -> View:
     for at in (pose, second):
         drawing.line(at['N'] * down, at['O'] * down, look='thread')
         drawing.line(at['M'] * down, at['P'] * down)
-        drawing.line(origin, at['O'] * down, look='thin')
-    drawing.line(origin, element * down, look='thin')
-    drawing.line(origin, pose['P'] * down, look='thin')
-    drawing.line(origin, pose['N'] * down, look='thin')
+    ends = pose['O'], second['O'], element, pose['P'], pose['N']
+    drawing.lines('thin', *((origin, end * down) for end in ends))
     drawing.line(pose['O'] * down, foot * down, look='other')
     drawing.line(pose['P'] * down, centre * down, look='faint')
     drawing.letters(

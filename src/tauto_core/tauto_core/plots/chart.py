@@ -139,6 +139,21 @@ class Chart:
             sentences += [f'{name}.' for name, _, _ in panel.names]
         return ' '.join(filter(None, sentences))
 
+    def name_rows(self, share: float) -> list[list[Mark]]:
+        """Return the named marks in rows that keep names apart by a share of the width."""
+        ends = [
+            float(end(line.x)) for line in self.lines if len(line.x) for end in (np.min, np.max)
+        ]
+        rows: list[list[Mark]] = []
+        for mark in sorted((mark for mark in self.marks if mark.name), key=lambda mark: mark.x):
+            limit = mark.x - share * (max(ends) - min(ends))
+            row = next((row for row in rows if row[-1].x <= limit), None)
+            if row is None:
+                rows.append([mark])
+            else:
+                row.append(mark)
+        return rows
+
     def frame(self, ratio: float = 0.0) -> MapFrame:
         """Return the frame of a map that contains all lines (`coast.map_frame`)."""
         x = np.concatenate([line.x for line in self.lines])
@@ -178,28 +193,26 @@ def draw(of: Chart, name: str) -> Figure:
 def draw_on(axes: Axes, of: Chart) -> None:
     """Draw a chart on axes, with its legend and without a title."""
     if of.is_map:
-        _draw_land(axes, of.frame(MAP_RATIO))
+        draw_land(axes, of.frame(MAP_RATIO))
     for line in of.lines:
         _draw_line(axes, line, solid=of.equal)
     for mark in of.marks:
         axes.axvline(mark.x, color=COLOURS['grey'], lw=0.8, ls='--' if mark.name else ':')
     # names are above the axes, aligned to the edge if near it, and raised if they would collide
     left, right = axes.get_xlim()
-    previous, raised = -1.0, False
-    for mark in sorted((mark for mark in of.marks if mark.name), key=lambda mark: mark.x):
-        place = (mark.x - left) / (right - left)
-        raised = place - previous < 0.1 and not raised
-        previous = place
-        axes.annotate(
-            mark.name,
-            (mark.x, 1.0),
-            (0.0, 11.0 if raised else 3.0),
-            xycoords=('data', 'axes fraction'),
-            textcoords='offset points',
-            ha='left' if place < 0.05 else 'right' if place > 0.95 else 'center',
-            fontsize=8.0,
-            annotation_clip=False,
-        )
+    for row, marks in enumerate(of.name_rows(0.1)):
+        for mark in marks:
+            place = (mark.x - left) / (right - left)
+            axes.annotate(
+                mark.name,
+                (mark.x, 1.0),
+                (0.0, 3.0 + 8.0 * min(row, 1)),
+                xycoords=('data', 'axes fraction'),
+                textcoords='offset points',
+                ha='left' if place < 0.05 else 'right' if place > 0.95 else 'center',
+                fontsize=8.0,
+                annotation_clip=False,
+            )
     if (limits := of.y_limits()) is not None:
         axes.set_ylim(*limits)
     for name, x, y in of.names:
@@ -207,10 +220,8 @@ def draw_on(axes: Axes, of: Chart) -> None:
         axes.annotate(name, (x, y), (4.0, 5.0), textcoords='offset points', fontsize=8.5)
     axes.set_xlabel(of.x_label)
     axes.set_ylabel(of.y_label)
-    if of.log_x:
-        axes.set_xscale('log')
-    if of.log_y:
-        axes.set_yscale('log')
+    axes.set_xscale('log' if of.log_x else 'linear')
+    axes.set_yscale('log' if of.log_y else 'linear')
     if of.equal:
         axes.set_aspect('equal', adjustable='datalim')
     elif not of.is_map:
@@ -224,7 +235,7 @@ def draw_on(axes: Axes, of: Chart) -> None:
         axes.legend(edgecolor='none', framealpha=0.8, fontsize=8.5, loc='best')
 
 
-def _draw_land(axes: Axes, of: MapFrame) -> None:
+def draw_land(axes: Axes, of: MapFrame) -> None:
     """Draw the land of a map, and fix the sides of its axes."""
     from matplotlib.patches import PathPatch
     from matplotlib.path import Path

@@ -15,9 +15,10 @@ from tauto_core.ensembles.fleets import Fleet
 from tauto_core.ensembles.trials import Sailed
 from tauto_core.files import write_figure
 from tauto_core.navigation.longitude import ARCMIN_PER_S, AWARDS
+from tauto_core.plots.chart import draw_land
 from tauto_core.samples import FloatArray
 from tauto_core.scene.times import DAY_S
-from tauto_core.ship.coast import land, map_frame
+from tauto_core.ship.coast import map_frame
 from tauto_core.ship.logbook import LoggedPassage
 from tauto_core.wording import counted, span
 
@@ -107,8 +108,7 @@ def _map(
 
     everywhere = np.concatenate(tracks)
     frame = map_frame(everywhere[:, 0], everywhere[:, 1], ratio=RATIO)
-    for outline in land(frame):
-        axes.fill(*outline, facecolor='#e4dfd4', edgecolor='#a39c8d', linewidth=0.3)
+    draw_land(axes, frame)
     pieces, sizes = [], []
     for place, track in enumerate(tracks):
         # the errors of a clock that ended early are shorter than its track
@@ -125,9 +125,6 @@ def _map(
         drawn.set_cmap('viridis_r')
         drawn.set_array(np.clip(np.concatenate(sizes), LEAST_NMI, MOST_NMI))
     axes.add_collection(drawn)
-    axes.set_xlim(frame.west, frame.east)
-    axes.set_ylim(frame.south, frame.north)
-    axes.set_aspect(frame.stretch)
     axes.set_xlabel('longitude [degrees east]')
     axes.set_ylabel('latitude [degrees north]')
     return drawn

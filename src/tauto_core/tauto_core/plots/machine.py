@@ -18,7 +18,6 @@ from tauto_core.machines import (
     AxleClock,
     FluidPendulum,
     HangingMachine,
-    InPlaceOfWheel,
     LeverMachine,
     NoSteadySwing,
     compile_machine,
@@ -162,8 +161,10 @@ def draw_machine(scene: Scene) -> MachineDrawing:
         SceneError: a machine that cannot be built.
     """
     machine = compile_machine(scene)
-    if isinstance(machine, InPlaceOfWheel):
-        return _in_place_of_wheel(scene, machine)
+    if isinstance(machine, AxleClock):
+        return _on_axle(machine, cast(AxleRegulator, scene.regulator).support)
+    if isinstance(machine, FluidPendulum):
+        return _in_fluid(cast(FluidTautochroneRegulator, scene.regulator), machine.curve)
     assert scene.trochlea is not None
     thread, pull = scene.trochlea.thread, scene.trochlea.power.pull
     left, right, tip = _cheeks(scene)
@@ -174,13 +175,10 @@ def draw_machine(scene: Scene) -> MachineDrawing:
         'square section a tenth of its radius wide)',
         *[f'the weight is a lead cylinder of {pull.pulling_mass:.3g} kg'] * bool(high),
     ]
-    assumed = ['axle of the wheel', 'case']
-
     length = _below_axle(scene, tip)
-    depth = 1.6 * outer + 0.5 * high if length is None else length
-    if length is None:
-        assumed.append('length of the thread')
+    assumed = ['axle of the wheel', 'case', *['length of the thread'] * (length is None)]
     # a length that is not given is as long as the weight needs, and never broken
+    depth = 1.6 * outer + 0.5 * high if length is None else length
     is_broken = length is not None and depth > MOST_RADII * outer
     if is_broken:
         depth = BROKEN_RADII * outer
@@ -335,14 +333,6 @@ def _power(pull: Pull, end: float, outer: float, at: float = 0.0) -> list[Outlin
         coil = [(at + x, y) for x, y in [(0.0, end), *coil, (0.0, end - height)]]
         parts.append(_path('spring', coil, 'green', 'spring'))
     return parts
-
-
-def _in_place_of_wheel(scene: Scene, machine: InPlaceOfWheel) -> MachineDrawing:
-    """Return the drawing of a regulator without a wheel."""
-    if isinstance(machine, AxleClock):
-        return _on_axle(machine, cast(AxleRegulator, scene.regulator).support)
-    regulator = cast(FluidTautochroneRegulator, scene.regulator)
-    return _in_fluid(regulator, cast(FluidPendulum, machine).curve)
 
 
 def _in_fluid(regulator: FluidTautochroneRegulator, curve: DescentCurve) -> MachineDrawing:

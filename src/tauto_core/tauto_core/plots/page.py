@@ -23,7 +23,7 @@ from tauto_core.files import check_place, write_output
 from tauto_core.machines import FluidPendulum, LeverMachine, compile_machine
 from tauto_core.machines.threads import HoleThread
 from tauto_core.machines.threads.lever import LeverThread
-from tauto_core.plots.chart import COLOURS, Chart, Line, Mark
+from tauto_core.plots.chart import COLOURS, Chart, Line
 from tauto_core.plots.contents import PART_S, PICTURES, chart, map_samples, seaway, window
 from tauto_core.plots.machine import MM, draw_machine, fulcrum_mm
 from tauto_core.results import SIGNS, budget_rows, groups, not_whole
@@ -738,7 +738,7 @@ def _bokeh_figure(of: Chart, panels: int) -> Any:
         dash, grey = 'dashed' if mark.name else 'dotted', COLOURS['grey']
         axes.add_layout(Span(location=mark.x, dimension='height', line_color=grey, line_dash=dash))
     # names are ticks of further axes above the frame, which follow the lines when zoomed
-    for row in _rows(of):
+    for row in of.name_rows(NAME_SHARE):
         named: Any = LinearAxis(
             name='events',
             major_label_overrides={mark.x: mark.name for mark in row},
@@ -765,20 +765,6 @@ def _bokeh_figure(of: Chart, panels: int) -> Any:
 
 NAME_SHARE = 0.18
 """Distance of two names in one row, as a share of a chart's width of 380 pixels or more."""
-
-
-def _rows(of: Chart) -> list[list[Mark]]:
-    """Return the named marks of a chart, in rows that keep their names apart."""
-    ends = [float(end(line.x)) for line in of.lines if len(line.x) for end in (np.min, np.max)]
-    rows: list[list[Mark]] = []
-    for mark in sorted((mark for mark in of.marks if mark.name), key=lambda mark: mark.x):
-        limit = mark.x - NAME_SHARE * (max(ends) - min(ends))
-        row = next((row for row in rows if row[-1].x <= limit), None)
-        if row is None:
-            rows.append([mark])
-        else:
-            row.append(mark)
-    return rows
 
 
 def _bokeh_line(axes: Any, line: Line, *, solid: bool) -> Any:
