@@ -231,7 +231,7 @@ def test_a_case_in_resonance_with_the_wheel_is_warned_of(
 @pytest.mark.parametrize(
     ('times_a_day', 'said'),
     [
-        (1e-9, 'none is expected in the highest sea, whose vertical acceleration is 3.4 m/s² rms'),
+        (1e-9, 'not expected in the highest sea, with a vertical acceleration of 3.4 m/s² rms'),
         (963.9, 'about 964 times a day in the highest sea'),
     ],
 )
@@ -253,7 +253,7 @@ def test_where_an_ideal_thread_is_fair_is_told(tmp_path: Path) -> None:
     assert found['thread']['swings_in_s'] is None
     words = StringIO()
     Console(file=words, width=200).print(facts_table(found))
-    assert 'ideal, as is fair of one much longer than 0.25 m (wheel)' in words.getvalue()
+    assert 'ideal, which is valid if it is much longer than 0.25 m (wheel)' in words.getvalue()
     assert 'and much shorter than 20.1 m (waves)' in words.getvalue()
     assert facts(tmp_path, VERTICAL)['thread']['fair_lengths_m'][1] is None
 
@@ -273,7 +273,7 @@ def test_coefficients_are_told_with_where_they_are_from(tmp_path: Path) -> None:
     said = StringIO()
     Console(file=said, width=200).print(facts_table(found))
     assert 'coefficient of heave' in said.getvalue()
-    assert '0.000 ± 0.050, as the scene says' in said.getvalue()
+    assert '0.000 ± 0.050, from the scene' in said.getvalue()
     (row,) = (line for line in said.getvalue().splitlines() if 'coefficient of roll' in line)
     assert '0.0000 ± 0.0050, from trial runs: 0 in waves of 6 s' in row
     assert '0 in waves of 13 s' in row
@@ -327,7 +327,7 @@ def test_the_sea_that_decides_is_told() -> None:
     sea, wave_s = found['expected']['decided_by'], found['expected']['shortest_wave_s']
     assert sea['why'] in ('highest', 'met fastest')
     text = ' '.join(' '.join(printed(found, 200)).split())
-    day = f'that of day {sea["at_s"] / 86_400.0:.2f}'
+    day = f'on day {sea["at_s"] / 86_400.0:.2f}'
     assert f'sampling waves down to {wave_s:.3g} s in the sea {sea["why"]}, {day}' in text
 
 
@@ -351,6 +351,6 @@ def test_trials_that_were_cut_are_told(tmp_path: Path) -> None:
     found = facts(tmp_path, VERTICAL, ship=ROLL)
     found['expected'] |= {'was_cut': True, 'tried_s': 12.0}
     text = ' '.join(' '.join(printed(found, 200)).split())
-    assert 'trial runs were cut after 10 s of processor time; they tried 12 seconds' in text
+    assert 'trial runs ended after 10 s of processor time, at 12 seconds of the voyage' in text
     found['expected'] |= {'error_s': None}
     assert 'not known: the trial runs cost too much' in ' '.join(printed(found, 200))

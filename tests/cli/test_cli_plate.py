@@ -262,7 +262,7 @@ def test_a_thread_too_thick_for_its_cusp_is_blamed_and_the_thinner_one_fits(thre
 @pytest.mark.parametrize(
     ('arguments', 'words'),
     [
-        (('measured', '--lines'), '--lines: is for --dxf'),
+        (('measured', '--lines'), '--lines: needs --dxf. Give both'),
         (('globe_in_oil',), 'scene = globe_in_oil: has no pair of mirror-image cheeks'),
         (('clock_own_cam_lever',), 'has no pair of mirror-image cheeks'),
         (('measured', '--cutter', '1'), '--cutter = 1 mm: the cutter'),

@@ -20,7 +20,7 @@ TWICE = 'say the same thing twice. '
 POINTS = 'must be 2 to 1000000 on each cheek. '
 THICKNESS = 'must be 0 to 100 mm. '
 OF_THREAD = 'Give the thickness of the thread, or leave it out'
-NUMBERS = 'must be numbers with commas between. '
+NUMBERS = 'must be numbers separated by commas. '
 
 REFUSALS = {
     'sail no_such_scene': ('no_such_scene: ', SCENE_LIST, LISTS_SCENES),

@@ -64,7 +64,7 @@ def test_short_passages_sail_beside_another_clock(tmp_path):
     assert f'{OTHER}: is not tried with thermometer and IMU: no rate equation' in found.stderr
     words = run(*asked).stdout.replace('\n', ' ')
     assert 'none of six weeks' in words
-    assert 'the last entry of 1 passage lies at sea, more than 30 km' in words
+    assert 'the last entry of 1 passage is at sea, more than 30 km' in words
 
 
 def test_wrong_passages_are_left_out_and_told(tmp_path):

@@ -290,7 +290,7 @@ def test_scene_check_names_the_hull_or_its_absence() -> None:
         result = CliRunner().invoke(app, ['scene', 'check', name, *settings])
         return next(line for line in result.stdout.splitlines() if '│ hull ' in line)
 
-    assert 'none: she heaves' in hull_row(
+    assert 'none: it heaves' in hull_row(
         'involute_weight_at_sea',
         '--set',
         'ship.hull=null',

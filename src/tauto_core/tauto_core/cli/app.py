@@ -1,9 +1,8 @@
 """The commands of `tauto`.
 
-Exit codes: 0 for success, 2 for a bad command line or scene, 1 for anything that failed on the
-way, 130 after Ctrl-C, 143 after SIGTERM, 129 after SIGHUP. Results go to stdout, messages to
-stderr; with `--json` stdout holds one object and nothing else. A traceback means a fault of the
-program, never of its input.
+Exit codes: 0 for success, 2 for a bad command line or scene, 1 for another failure, 130 after
+Ctrl-C, 143 after SIGTERM, 129 after SIGHUP. Results go to stdout, messages to stderr. With
+`--json` stdout has exactly one object. Wrong input never causes a traceback.
 """
 
 from __future__ import annotations
@@ -34,16 +33,11 @@ from tauto_core.cli.terminal import (
 from tauto_core.scene.errors import TautoError, spelled
 
 # -----------------------------------------------------------------------------
-# The commands by name, built one at a time: to build them all takes 40 ms.
+# The commands by name, built one at a time, since building all takes 40 ms.
 
 
 class Group(NamedTuple):
-    """Commands under one word.
-
-    Attributes:
-        help: what they are for.
-        commands: the commands by name.
-    """
+    """Commands under one word, with their help."""
 
     help: str
     commands: Mapping[str, Command | Callable[..., None]]
@@ -53,7 +47,7 @@ Entry: TypeAlias = Command | Group | Callable[..., None]
 
 
 class Registered(Mapping[str, Any]):
-    """Commands and groups by name, as the parser wants them, each built at its first use."""
+    """Commands and groups of the parser by name, built at their first use."""
 
     def __init__(self, entries: Mapping[str, Entry]) -> None:
         self._entries = entries
@@ -92,10 +86,8 @@ def _add(to: typer.Typer, name: str, entry: Command | Callable[..., None]) -> No
 
 
 # -----------------------------------------------------------------------------
-# Commands that other distributions add through the entry-point group `tauto.commands`.
-#
-# They are loaded when they run, not for `tauto --help`; without their distribution the error
-# names the remedy.
+# Commands that other distributions add through the entry-point group `tauto.commands`, loaded when
+# they run.
 
 GROUP = 'tauto.commands'
 ROS_COMMANDS = {
@@ -109,7 +101,7 @@ REMEDY = (
 
 
 class MissingCommandError(TautoError):
-    """The distribution of a command, or a library that it needs, is not installed."""
+    """The distribution of a command, or a library it needs, is not installed."""
 
     def __init__(self, command: str, needed: str) -> None:
         super().__init__(f'`tauto {command}` needs {needed}, which is not installed. {REMEDY}')
@@ -137,18 +129,18 @@ def run_of_ros(ctx: typer.Context) -> None:
 
 
 class Commands(TyperGroup):
-    """All commands; they share the handling of errors and the option `--quiet`."""
+    """All commands, with the handling of errors and the option `--quiet`."""
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(**{**settings, 'commands': Registered(ENTRIES)})
 
     def format_commands(self, _ctx: Any, formatter: Any) -> None:
-        """Write the first line about each command, without building it."""
+        """Write the first line of each command's help, without building the command."""
         with formatter.section('Commands'):
             formatter.write_dl([(name, _summary(name)) for name in ENTRIES])
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Remove `--quiet` from the command line, wherever it stands, and look for old words."""
+        """Remove `--quiet` from any place in the command line, and translate old words."""
         ours = args[: args.index('--')] if '--' in args else args
         be_quiet(not {'--quiet', '-q'}.isdisjoint(ours))
         words = [word for word in ours if word not in ('--quiet', '-q')] + args[len(ours) :]
@@ -161,7 +153,7 @@ class Commands(TyperGroup):
         return list(super().parse_args(ctx, words))
 
     def invoke(self, ctx: Any) -> Any:
-        """Run the command; turn errors into messages on stderr and an exit code."""
+        """Run the command, and convert errors to messages on stderr and an exit code."""
         try:
             return super().invoke(ctx)
         except typer.BadParameter as error:
@@ -222,7 +214,7 @@ def root(
         typer.Option(
             '--quiet',
             '-q',
-            help='Print nothing but the result and errors; may stand anywhere in the line.',
+            help='Print only the result and errors. May be anywhere in the command line.',
         ),
     ] = False,
 ) -> None:
@@ -231,25 +223,23 @@ def root(
 
 def run() -> None:
     """Run `tauto` with the arguments of the process; never returns."""
-    # a scene does not use pydantic plugins, and looking for them reads all installed packages
+    # pydantic would search all installed packages for plugins
     os.environ.setdefault('PYDANTIC_DISABLE_PLUGINS', '__all__')
     prepare_streams()
     say_warnings()
     send_lost_again()
-    gc.set_threshold(
-        100_000
-    )  # imports make many objects and no garbage, so collecting during them only costs time
+    gc.set_threshold(100_000)  # imports create many objects and no garbage
     try:
         app()
     except OSError as error:
-        # typer ends at a closed pipe; errors of other files have their names
+        # typer handles a closed pipe
         if error.filename is not None:
             _tell(f'{error.filename}: {error.strerror}. Name another place', error)
         else:
             _tell(f'standard output cannot be written: {error.strerror}. Make room', error)
             drop_output()
     except MemoryError as error:
-        _tell('no memory is left. Sail a shorter scene, or let the process have more', error)
+        _tell('out of memory. Sail a shorter scene, or give the process more memory', error)
     sys.exit(1)
 
 
@@ -278,7 +268,7 @@ ENTRIES: dict[str, Entry] = {
     'euler': Command(('claims',), shown.claims, writes=('page', 'site'), holds=shown.claims_hold),
     **dict.fromkeys(ROS_COMMANDS, run_of_ros),
     'scene': Group(
-        'Look at one scene, or begin one.',
+        'Check or print a scene, or write a new one.',
         {
             'check': Command(('check',), shown.facts, has_scene=True),
             'new': Command(('new_scene',), shown.scene, has_json=False, cls=scene.NewCommand),
@@ -287,7 +277,7 @@ ENTRIES: dict[str, Entry] = {
         },
     ),
     'bag': Group(
-        'See whether a bag is whole, or recover what is left of one.',
+        'Check a bag, or recover its readable messages.',
         {
             'check': Command(('check_bag',), shown.soundness, holds=lambda bag: bag.whole),
             'recover': Command(('recover_bag',), shown.recovered, writes=()),

@@ -1,8 +1,8 @@
-"""Commands made of the calls of `tauto_core.api`: an argument of a call is an option here.
+"""Commands made of the calls of `tauto_core.api`.
 
-The signature of a call has the type and the default of each option; `Args` in its docstring has
-the meaning and, in brackets, the unit. The rest of the docstring is the help. Besides, commands
-have `--json` and, where a scene's keys can be given other values, `--set`.
+Arguments of a call become options: their type and default come from the signature, their meaning
+and unit (in brackets) from `Args` in the docstring. The rest of the docstring is the help.
+Commands also have `--json` and, with a scene, `--set`.
 """
 
 from __future__ import annotations
@@ -41,32 +41,32 @@ if TYPE_CHECKING:
     from rich.console import RenderableType
 
 Said: TypeAlias = 'Mapping[str, Any] | str | list[RenderableType]'
-"""A result as it is printed: the object of `--json`, plain text, or texts and tables."""
+"""A printable result: the object of `--json`, plain text, or texts and tables."""
 
 OF_PYTHON = {
     'progress': 'the bar on the terminal',
     'keep': 'a command prints the result alone',
     'smooth': 'is refused before the arguments are read',
 }
-"""Arguments that are no options, and why."""
+"""Arguments that are not options, and why."""
 
 
 @dataclass(frozen=True)
 class Command:
-    """How calls are a command.
+    """A command made of one or several calls.
 
     Attributes:
-        calls: names of the calls, of which the first has the help.
-        shown: returns the result as printed, with `--json` or as text, after what was given; a
-            dict is its own `--json`.
+        calls: names of the calls. The first has the help.
+        shown: returns the printable result, from the result, whether `--json` is given, and the
+            arguments. A dict is its own `--json`.
         has_json: whether there is `--json`.
         has_scene: whether `--set` changes keys of the scene.
-        warns: whether warnings about the scene come before it sails.
-        writes: arguments whose files are named once they are written.
-        instead: options that a command declares in another way; they may be left out.
-        holds: whether a result is as it should be; otherwise the exit code is 1.
-        run: runs the calls in place of one alone, with what was given.
-        cls: class of the command, where its help is made when it is printed.
+        warns: whether warnings about the scene are printed before it sails.
+        writes: arguments that name files to be reported as written.
+        instead: optional arguments declared by hand.
+        holds: whether a result is good. Otherwise the exit code is 1.
+        run: runs the calls with the arguments, instead of the only call.
+        cls: class of a command with dynamic help.
     """
 
     calls: tuple[str, ...]
@@ -86,7 +86,7 @@ class Command:
         return inspect.getdoc(getattr(api, self.calls[0])) or ''
 
     def function(self) -> Callable[..., None]:
-        """Return the function of which typer makes the command."""
+        """Return the function from which typer makes the command."""
 
         def command(*, as_json: bool = False, **given: Any) -> None:
             self._called({key: item for key, item in given.items() if item is not None}, as_json)
@@ -107,9 +107,9 @@ class Command:
         return command
 
     def parameters(self) -> dict[str, tuple[str, inspect.Parameter, bool]]:
-        """Return the arguments that are options, with their call, and whether all calls have them.
+        """Return for each option its call, its argument, and whether all calls have it.
 
-        Those that only one of several calls has are left out unless they are given.
+        Others are passed only if given.
         """
         options: dict[str, tuple[str, inspect.Parameter, bool]] = {}
         for call in self.calls:
@@ -121,7 +121,7 @@ class Command:
         return options
 
     def _called(self, given: dict[str, Any], as_json: bool) -> None:
-        """Call with what was given, and print the result."""
+        """Run the command with its arguments, and print the result."""
         if self.has_scene:
             of_scene = [given.pop(key, None) for key in ('settings', 'duration', 'accuracy')]
             given |= self._unlike_arguments(given_values(*of_scene))
@@ -150,15 +150,15 @@ class Command:
             raise typer.Exit(1)
 
     def _unlike_arguments(self, values: dict[str, Any]) -> dict[str, Any]:
-        """Return values of a scene; refuse what the call would take as an argument of its own."""
+        """Return values of a scene, or raise UsageError if one is an argument of the call."""
         for key in values.keys() - {'duration'}:
             if any(key in signature_of(call) for call in self.calls):
-                argument = 'is no key of a scene but an argument of the command. See its -h'
+                argument = 'is not a key of a scene but an argument of the command. See its -h'
                 raise UsageError(f'--set {key}: {argument}')
         return values
 
     def _warned(self, given: dict[str, Any], stack: ExitStack) -> list[str]:
-        """Load the scene and print warnings about it, before anything starts."""
+        """Load the scene, and print and return warnings about it."""
         source, parameters = given.pop('scene'), signature_of(self.calls[0])
         of_scene = [key for key in given if key == 'duration' or key not in parameters]
         loaded = api.load(source, **{key: given.pop(key) for key in of_scene})
@@ -167,7 +167,7 @@ class Command:
         return say_oddities(loaded, source, anyway=given['anyway'])
 
     def _run(self, given: dict[str, Any]) -> Any:
-        """Call, with a bar if the call tells its progress."""
+        """Run the only call, with a progress bar if possible."""
         [name] = self.calls
         parameters, given = signature_of(name), dict(given)
         at = [
@@ -197,7 +197,7 @@ def signature_of(call: str) -> Mapping[str, inspect.Parameter]:
 
 @cache
 def meanings(call: str) -> dict[str, str]:
-    """Return what the docstring of a call says of each argument."""
+    """Return the meaning of each argument, from the docstring of a call."""
     text = (inspect.getdoc(getattr(api, call)) or '').partition('\nArgs:\n')[2]
     texts = {}
     for name, entry in re.findall(
@@ -211,7 +211,7 @@ def meanings(call: str) -> dict[str, str]:
 
 
 def _spelled(words: str, names: Iterable[str]) -> str:
-    """Return words with the arguments of a call as the command line spells them."""
+    """Return words with arguments spelled as options."""
     return re.sub(
         r'`(\w+)`', lambda hit: option(Argument(hit[1])) if hit[1] in names else hit[0], words
     )
@@ -223,19 +223,19 @@ def _keyword(name: str, kind: Any, default: Any) -> inspect.Parameter:
 
 
 def _numbers(name: str, text: str) -> list[float | str]:
-    """Return numbers with commas between; those with a unit stay texts, which the call reads."""
+    """Return comma-separated numbers. Those with a unit stay texts, which the call converts."""
     from tauto_core.scene.units import in_words
 
     parts = [part.strip() for part in text.split(',')]
     try:
         return [part if in_words(part) else float(part) for part in parts]
     except ValueError:
-        wrong = ': must be numbers with commas between. Write for example 0.1,0.5,1'
+        wrong = ': must be numbers separated by commas. Write for example 0.1,0.5,1'
         raise UsageError(Argument(name, repr(text), spaced=True), wrong) from None
 
 
 def _number_or_text(text: str) -> float | str:
-    """Return the number in a text, or the text, whose unit the call knows."""
+    """Return the number in a text, or the text, which the call converts."""
     try:
         return float(text)
     except ValueError:
@@ -246,7 +246,7 @@ def _scenes(text: str) -> list[str]:
     return [part.strip() for part in text.split(',')]
 
 
-# Type, parser and metavar of an option, by the annotation of the argument.
+# type, parser and metavar of an option, by the annotation of the argument
 _KINDS: dict[str, tuple[Any, Callable[[str], Any] | None, str | None]] = {
     'bool': (bool, None, None),
     'int': (int, None, 'N'),
@@ -261,7 +261,7 @@ _KINDS: dict[str, tuple[Any, Callable[[str], Any] | None, str | None]] = {
     'Range': (str, None, 'A..B'),
 }
 _PLACED = {'what': 'WHAT', 'source': 'BAG|SCENE', 'bag': 'BAG', 'log': 'FILE', 'clocks': 'SCENE…'}
-"""Arguments that stand without a name, by their metavars."""
+"""Metavars of positional arguments."""
 _METAVARS = {
     'passage': 'ID',
     'scheduler': 'ADDRESS',
@@ -269,13 +269,13 @@ _METAVARS = {
     **dict.fromkeys(('ship', 'cam', 'thread', 'power', 'escapement'), 'KIND'),
     **dict.fromkeys(('support', 'contact'), 'KIND'),
 }
-"""Metavars that the type does not tell."""
+"""Metavars that do not follow from the type."""
 _SHORT = {'new_scene': 'file', 'design': 'file', 'logbook': 'out'}
-"""Options that are `-o`, too, by call."""
+"""Options with the short form `-o`, by call."""
 
 
 def _option(call: str, item: inspect.Parameter, shared: bool) -> inspect.Parameter:
-    """Return the option, or the argument, of an argument of a call."""
+    """Return the option or positional argument for an argument of a call."""
     words, hint, default = meanings(call)[item.name], item.annotation, item.default
     hint = hint.removesuffix(' | None')
     required = default is item.empty and item.kind is not item.VAR_POSITIONAL
@@ -285,7 +285,7 @@ def _option(call: str, item: inspect.Parameter, shared: bool) -> inspect.Paramet
         words = f'With --logs: {words}' if call == 'trial' and item.name != 'logs' else words
         if default not in (None, False, 0, (), item.empty):
             text = f'{default:g}' if isinstance(default, float) else default
-            words = f'{words.rstrip(".")}; default: {text}'
+            words = f'{words.rstrip(".")}. Default: {text}.'
         default = False if default is False else None
     if not re.match(r'\w+[,:]|and |its ', words):  # a list, or the rest of a sentence
         words = words[0].upper() + words[1:]
@@ -310,12 +310,12 @@ def _option(call: str, item: inspect.Parameter, shared: bool) -> inspect.Paramet
 
 
 def option_of(call: str, name: str) -> Any:
-    """Return how typer is told of an argument of a call, for a command written by hand."""
+    """Return typer's declaration of an argument of a call, for a command written by hand."""
     return _option(call, signature_of(call)[name], shared=True).annotation.__metadata__[0]
 
 
 def _kind(name: str, hint: str, words: str) -> tuple[Any, Callable[[Any], Any] | None, str | None]:
-    """Return type, parser and metavar of an option; the metavar of a quantity is its unit."""
+    """Return type, parser and metavar of an option. The metavar of a quantity is its unit."""
     if hint.startswith('Literal'):
         return Literal[tuple(re.findall(r"'(\w+)'", hint))], None, None
     if hint == 'Quantity' and (match := re.search(r'\[([^\[\]]+)\]', words)):

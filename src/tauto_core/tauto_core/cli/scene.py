@@ -1,4 +1,4 @@
-"""`tauto scenes`, `tauto scene show`, `new` and `schema`: built-in scenes, the kinds, the keys."""
+"""`tauto scenes`, and `tauto scene show`, `new` and `schema`."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def scenes(names: list[str], as_json: bool, _: Mapping[str, Any]) -> dict[str, A
 
 
 class NewCommand(TyperCommand):
-    """`tauto scene new`: its help lists the kinds found when the help is printed."""
+    """`tauto scene new`: its help lists the installed kinds."""
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the help, with the kinds of each section."""
@@ -49,14 +49,14 @@ class NewCommand(TyperCommand):
 
 
 def show(scene: SceneName) -> None:
-    """Print a scene as it stands in its file, with its comments."""
+    """Print the file of a scene, with its comments."""
     from tauto_core.scene.loader import scene_text
 
     typer.echo(scene_text(scene), nl=False)
 
 
 def schema() -> None:
-    """Print the JSON schema by which editors check scenes."""
+    """Print the JSON schema of scenes, for editors."""
     from tauto_core.scene.reference import FILE
 
     typer.echo(FILE.read_text(encoding='utf-8'), nl=False)

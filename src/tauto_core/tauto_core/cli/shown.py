@@ -1,4 +1,4 @@
-"""What commands print of the results of calls: the object of `--json`, or text and tables."""
+"""Results of calls as commands print them: the object of `--json`, or text and tables."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ Given = Mapping[str, Any]
 
 
 def voyage(found: Voyage, as_json: bool, _: Given) -> Said:
-    """Return a voyage, sailed or replayed."""
+    """Return a voyage."""
     if as_json:
         return found.result
     from tauto_core.cli.tables import stability_table, voyage_table
@@ -51,7 +51,7 @@ def facts(found: dict[str, Any], _as_json: bool, _: Given) -> Said:
 
 
 def scene(text: str, _as_json: bool, given: Given) -> str | None:
-    """Return a new scene where no file is named."""
+    """Return a new scene, unless it was written to a file."""
     if file := given.get('file'):
         say(f'wrote {file}. Sail it with: {shlex.join(("tauto", "sail", str(file)))}')
         return None
@@ -59,12 +59,12 @@ def scene(text: str, _as_json: bool, given: Given) -> str | None:
 
 
 def cam(made: CamOutline, as_json: bool, given: Given) -> Said | None:
-    """Return a plate with its cost, or a few points where no file is written."""
+    """Return a plate with its cost, or a few points if no file is written."""
     wheel = made.scene.trochlea
     if 'reach_rad' not in given and wheel is not None:
         say(
             f'the cheeks end at {made.reach_rad:.4g} rad, for a wheel released at '
-            f'{abs(wheel.release_angle):g} rad; --reach asks for another end'
+            f'{abs(wheel.release_angle):g} rad; --reach changes this'
         )
     if made.meeting_rad is not None:
         say(
@@ -95,8 +95,7 @@ def cam(made: CamOutline, as_json: bool, given: Given) -> Said | None:
         return None
     columns = made.columns()
     figures = zip(*(column.tolist() for column in columns.values()), strict=True)
-    # A tenth of a micrometre, which no cutter keeps; --csv has all digits. Figures for
-    # other programs: a hyphen is the minus that they read.
+    # a tenth of a micrometre; --csv has all digits. Other programs read a hyphen as the minus.
     rows = (columns, *([f'{value:z.4f}' for value in row] for row in figures))
     widths = [max(len(name), 12) for name in columns]
     return '\n'.join(
@@ -120,7 +119,7 @@ def isochronism(found: Isochronism | DescentIsochronism, as_json: bool, _: Given
 
 
 def design(found: WheelDesign, as_json: bool, given: Given) -> Said:
-    """Return the numbers of a design, in the units that were given."""
+    """Return the numbers of a design, in the given units."""
     sizes = {name: value for name, value in asdict(found).items() if value is not None}
     if as_json:
         return sizes
@@ -130,7 +129,7 @@ def design(found: WheelDesign, as_json: bool, given: Given) -> Said:
 
     length_unit, weight_unit = given['length_unit'], given['weight_unit']
     metres, newtons = units(length_unit, weight_unit, given['gravity'])
-    printed = (  # the longest ending first: gravity's is that of a length, too
+    printed = (  # the longest ending first
         ('_kg_m2', 'kg m2', 1.0),
         ('_m_s2', 'm/s2', 1.0),
         ('_s', 's', 1.0),
@@ -140,7 +139,7 @@ def design(found: WheelDesign, as_json: bool, given: Given) -> Said:
     lines = []
     for key, value in sizes.items():
         ending, unit, size = next(row for row in printed if key.endswith(row[0]))
-        # Six digits: a micrometre in a metre, and 0.05 s/day of the period; --json has all.
+        # six digits: a micrometre in a metre, 0.05 s/day of the period; --json has all
         lines.append(f'{key.removesuffix(ending).replace("_", " "):14} {value / size:.6g} {unit}')
     return '\n'.join(lines)
 
@@ -176,14 +175,14 @@ def altitudes(found: dict[str, Any], _as_json: bool, _: Given) -> Said:
 
 
 def hull(found: dict[str, Any], _as_json: bool, _: Given) -> Said:
-    """Return how a hull moves in waves, and her cost to a clock."""
+    """Return how a hull moves in waves, and its cost to a clock."""
     from tauto_core.cli.tables import hull_page
 
     return [hull_page(found)]
 
 
 def logbook(found: list[dict[str, Any]] | str, as_json: bool, given: Given) -> Said | None:
-    """Return the passages of a log-book, or the scene of one, where no file is named."""
+    """Return the passages of a log-book, or the scene of one, unless it was written to a file."""
     if isinstance(found, str):
         return scene(found, as_json, {'file': given.get('out')})
     if as_json:
@@ -193,7 +192,7 @@ def logbook(found: list[dict[str, Any]] | str, as_json: bool, given: Given) -> S
     way = max(map(len, [*ends, 'from, to']))
     lines = [
         f'{"passage":{width}}  first day   days  entries  wind   air  {"from, to":{way}}  '
-        'ship; what is doubtful'
+        'ship; doubts'
     ]
     for row, between in zip(found, ends, strict=True):
         remarks = [f'cannot be sailed: {problem}' for problem in row['problems']] or row['notes']
@@ -278,7 +277,7 @@ def soundness(found: Soundness, as_json: bool, given: Given) -> Said:
 
 
 def recovered(made: Recovered, as_json: bool, given: Given) -> Said:
-    """Return what was recovered of a bag, and what was lost."""
+    """Return the counts of a recovered bag, and its losses."""
     if as_json:
         return {
             'bag': str(given['bag']),
@@ -292,7 +291,7 @@ def recovered(made: Recovered, as_json: bool, given: Given) -> Said:
     missing = f'{made.missing} messages that the index counts cannot be read'
     span_s = (made.end_ns - made.start_ns) * 1e-9
     total = sum(made.counts.values())
-    holds = f'{made.path} holds {total:,} messages on {len(made.counts)} topics, {span_s:g} s'
+    holds = f'{made.path} has {total:,} messages on {len(made.counts)} topics, {span_s:g} s'
     return '\n'.join([*made.lost, *([missing] if made.missing else []), holds])
 
 
@@ -304,11 +303,11 @@ _INDENT = ' ' * 23
 
 
 def claims(found: list[Claim], as_json: bool, given: Given) -> Said | None:
-    """Return the claims, where no page is written; print those that are not as expected."""
+    """Return the claims, unless pages were written. Print unexpected verdicts."""
     for claim in (claim for claim in found if claim.verdict != claim.expected):
         text = f'{claim.paper} §{claim.paragraph}, {claim.said}: {claim.verdict} (off by '
         text += f'{claim.difference:.3g}, tolerance {claim.tolerance:.3g}), should be '
-        text += f'{claim.expected}. Look for the fault in what was computed'
+        text += f'{claim.expected}. Check the computation'
         typer.echo(f'tauto: {text}', err=True)
     if as_json:
         return {'claims': list(map(claim_facts, found))}
@@ -327,7 +326,7 @@ def claims_hold(found: list[Claim]) -> bool:
 
 
 def claim_facts(claim: Claim) -> dict[str, Any]:
-    """Return a claim as JSON; what cannot be evaluated is None."""
+    """Return a claim as JSON, with None for values that cannot be evaluated."""
     return {
         'paper': claim.paper,
         'paragraph': claim.paragraph,
@@ -348,7 +347,7 @@ def claim_facts(claim: Claim) -> dict[str, Any]:
 
 
 def claim_lines(claim: Claim, width: int) -> list[str]:
-    """Return a claim in lines: words and verdict, the formula as it stands, and its fault."""
+    """Return a claim in lines: words and verdict, the printed formula, and its fault."""
     head = f'{claim.paper} §{claim.paragraph}'
     words = f'{head:<12} {claim.verdict:<9} {claim.said}'
     lines = wrap(words, width, subsequent_indent=_INDENT)

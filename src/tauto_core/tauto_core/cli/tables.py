@@ -1,4 +1,4 @@
-"""Results as tables to read on a terminal; imported when one is printed."""
+"""Results as tables on a terminal."""
 
 from __future__ import annotations
 
@@ -34,22 +34,22 @@ if TYPE_CHECKING:
 
 
 # -----------------------------------------------------------------------------
-# A table that a narrow terminal does not cut: half a figure would be read as another.
+# A table that is never cut, since half a figure would be misread.
 
 
 class WholeTable(Table):
-    """A table in which columns with `no_wrap` stay as wide as their content.
+    """A table that may be wider than the terminal.
 
-    Other columns wrap between words, or within those too long if their overflow is `fold`. Where
-    that is not enough, the table is wider than the terminal, which breaks its lines.
+    Columns with `no_wrap` are as wide as their content. Others wrap between words, or with
+    overflow `fold` within long words.
     """
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        """Render the table once the columns know how wide they have to be."""
+        """Set the least widths of the columns, and render the table."""
         roomy = options.update(max_width=10_000)
         for column in self.columns:
             if column.overflow == 'fold' and not column.no_wrap:
-                column.min_width = None  # it is never cut
+                column.min_width = None  # folded, never cut
                 continue
             cells = [column.header, *column.cells]
             widths = [Measurement.get(console, roomy, cell) for cell in cells if cell]
@@ -64,17 +64,12 @@ class WholeTable(Table):
 
 Facts = Mapping[str, Any]
 
-# Width of the longest label; a sentence in place of a figure is broken there, since it would push
-# all figures to the right.
+# width of the longest label, at which a sentence without a figure is wrapped
 _SENTENCE = 43
 
 
 def voyage_table(result: Facts) -> RenderableType:
-    """Return a voyage as text: the answer, a table in groups, and the place of the bag.
-
-    `result` is what `voyage.sail` and `tauto graph` return; groups whose section is absent or
-    empty are left out.
-    """
+    """Return the result of a voyage as text: the answer, a table in groups, and the bag."""
     seconds = result.get('duration_s')
     title = str(result.get('scene') or 'bag')
     table = WholeTable.grid(padding=(0, 2, 0, 0))
@@ -110,15 +105,15 @@ def sea_words(sea: Facts) -> str:
 
 
 # -----------------------------------------------------------------------------
-# The stability of a clock that is replayed.
+# The stability of a replayed clock.
 
 
 def stability_table(stability: Facts) -> Table:
-    """Return the deviations of the clock against the averaging time, with their bounds."""
+    """Return the deviations of the clock against the averaging time, with confidence bounds."""
     percent = f'{100.0 * stability["confidence"]:g} %'
     table = WholeTable(
         title=f'stability from {stability["samples"]:,} readings, as deviations of the relative '
-        f'frequency\n(1e-5 is 0.864 s/day); behind each the bounds of {percent} confidence,\n'
+        f'frequency\n(1e-5 is 0.864 s/day), each followed by bounds of {percent} confidence,\n'
         'in per cent below and above it',
         title_justify='left',
         box=box.SIMPLE,
@@ -142,10 +137,10 @@ def stability_table(stability: Facts) -> Table:
 
 
 # -----------------------------------------------------------------------------
-# The weather of a scene, to read on a terminal.
+# The weather of a scene.
 
 ROWS = 24
-"""Largest number of rows of a table; if there are more states, several share a row."""
+"""Largest number of rows of a table. More states share rows."""
 
 
 def weather_words(weather: Mapping[str, Any]) -> str:
@@ -160,7 +155,7 @@ def weather_words(weather: Mapping[str, Any]) -> str:
 
 
 def weather_table(weather: Mapping[str, Any]) -> Table:
-    """Return the states as a table; where there are many, several share a row as ranges."""
+    """Return the states as a table, if they are many as ranges."""
     states = weather['states']
     together = math.ceil(len(states) / ROWS)
     title = 'weather' if together == 1 else f'weather, {together} states a row'
@@ -173,7 +168,7 @@ def weather_table(weather: Mapping[str, Any]) -> Table:
             f'{row[0]["at_s"] / DAY_S:.2f}',
             _range([state['significant_wave_height_m'] for state in row], 2),
             _range([state['peak_period_s'] for state in row], 1),
-            # from −180° to 180°, so that seas from astern are about 0
+            # −180° to 180°: following seas are about 0
             _range(
                 [
                     None if angle is None else math.degrees(math.remainder(angle, math.tau))
@@ -187,7 +182,7 @@ def weather_table(weather: Mapping[str, Any]) -> Table:
 
 
 def _range(values: Sequence[float | None], decimals: int) -> str:
-    """Return the least and the largest of the known values; for a calm a dash."""
+    """Return the range of the known values, a dash for a calm."""
     sizes = [value for value in values if value is not None]
     if not sizes:
         return '–'
@@ -212,7 +207,6 @@ def facts_table(facts: dict[str, Any]) -> RenderableType:
     for row in _scene_rows(facts):
         table.add_row(*row)
     table.add_section()
-    # propagator, run time, bound of the error
     expected = facts['expected']
     table.add_row('propagator', f'{facts["propagator"]}: {facts["reason"]}')
     if expected['steps_a_swing'] is not None:
@@ -233,7 +227,7 @@ def facts_table(facts: dict[str, Any]) -> RenderableType:
 
 
 def _regulator_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    """Yield the regulator: its curve, its support or its cam, and where it is released."""
+    """Yield the regulator, with curve, support or cam, and its release."""
     if 'curve' in facts:
         start, end = facts['curve_range_m']
         begins = 'no end' if start is None else f'{printed(start, ".4g")} m'
@@ -251,30 +245,30 @@ def _regulator_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def _thread_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    """Yield how well an ideal thread models the real one, and how often a weight's goes slack."""
+    """Yield whether the thread can be taken as ideal, and how often it goes slack."""
     if hanging := facts['thread']:
         low, high = hanging['fair_lengths_m']
         until = '' if high is None else f' and much shorter than {high:.3g} m (waves)'
         fair = f'much longer than {low:.3g} m (wheel){until}'
         if hanging['swings_in_s'] is None:
-            yield 'thread', f'ideal, as is fair of one {fair}'
+            yield 'thread', f'ideal, which is valid if it is {fair}'
         else:
-            text = f'{hanging["length_m"]:g} m, swings by itself in {hanging["swings_in_s"]:.4g} s'
-            yield 'thread', f'{text}{_departs(hanging)}; to take it for ideal it should be {fair}'
+            text = f'{hanging["length_m"]:g} m, natural period {hanging["swings_in_s"]:.4g} s'
+            yield 'thread', f'{text}{_departs(hanging)}; an ideal thread is {fair}'
     if slack := facts.get('slack'):
         often = slack['times_a_day']
-        # less than one in a hundred such voyages, all of it in that sea
+        # less than once in a hundred such voyages in that sea
         seldom = often * facts['duration_s'] < 0.01 * DAY_S
-        rate = 'none is expected' if seldom else f'about {often:.3g} times a day'
+        rate = 'not expected' if seldom else f'about {often:.3g} times a day'
         yield (
             'slack thread',
-            f'{rate} in the highest sea, whose vertical acceleration is '
+            f'{rate} in the highest sea, with a vertical acceleration of '
             f'{slack["acceleration_m_s2"]:.2g} m/s² rms',
         )
 
 
 def _scene_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
-    """Yield the rows of the ship, her sea, her route and the clock."""
+    """Yield the rows of ship, sea, route and clock."""
     yield 'duration', span(facts['duration_s'])
     step, interval = facts['motion_step_s'], facts['log_interval_s']
     yield 'ship', f'{facts["ship"]}: {facts["motion_samples"]:,} samples, one every {step:g} s'
@@ -286,7 +280,7 @@ def _scene_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
     if 'hull' in sea:
         yield 'hull', sea['hull']
     elif sea.get('heave') and 'operator' not in sea:
-        yield 'hull', 'none: she heaves as the waves do, and their sideways half is left out'
+        yield 'hull', 'none: it heaves with the waves, and their sideways half is left out'
     if hung := facts['suspension']:
         periods = ' and '.join(f'{period:.4g} s' for period in hung['periods_s'])
         angles = 'any angles' if hung['large_angles'] else 'small angles'
@@ -327,7 +321,7 @@ def _scene_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
         yield 'steady swing, on land', _swing_words(swing)
     for name, entry in facts.get('covariates', {}).items():
         value = with_sigma(entry['value'], entry['sigma'], signed=False)
-        # to 1e-4, a fiftieth of the least standard deviation
+        # to 1e-4, a fiftieth of the smallest standard deviation
         trials = (
             ', '.join(
                 f'{printed(round(k, 4), "zg")} in waves of {float(period):g} s'
@@ -342,7 +336,7 @@ def _scene_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
                 for change, k in (entry.get('at_kelvin') or {}).items()
             )
         )
-        source = f'from trial runs: {trials}' if trials else 'as the scene says'
+        source = f'from trial runs: {trials}' if trials else 'from the scene'
         yield f'coefficient of {name}', f'{value}, {source}'
 
 
@@ -359,7 +353,7 @@ def _swing_words(swing: dict[str, Any]) -> str:
     text = f'{swing["amplitude_rad"]:.4g} rad, rate {rate} s/day'
     if swing['time_constant_s'] is None:
         return text
-    # next to the rate of a free swing as wide this would be lost in its last digits
+    # a small part of the rate: shown by itself
     kept_up = swing['rate_s_per_day'] - swing['free_rate_s_per_day']
     return (
         f'{text} ({figure(kept_up, "s/day", signed=True)} of it by drag and escapement); a '
@@ -376,7 +370,7 @@ def _departs(hung: dict[str, Any]) -> str:
     )
 
 
-# Why the error of propagators is not known, where they are never tried.
+# propagators without trial runs, and why
 _UNTRIED = {'axle': 'a body on an axle is not tried at finer steps of the ship'}
 
 
@@ -391,7 +385,7 @@ def _error_lines(facts: dict[str, Any]) -> list[str]:
         if partly:
             lines[0] += f', extrapolated from {span(tried, digits=2)}'
         if error > LEGIBLE * facts['nominal_period_s']:
-            lines.append('what the dial shows at the end cannot be predicted')
+            lines.append('the dial at the end cannot be predicted')
     elif until is not None:
         lines = [f'cannot be bounded beyond {span(until, digits=2)}']
     elif expected['was_cut']:
@@ -401,8 +395,8 @@ def _error_lines(facts: dict[str, Any]) -> list[str]:
         lines = [f'not known: {_UNTRIED.get(facts["propagator"], finer)}']
     if expected['was_cut']:
         lines.append(
-            f'trial runs were cut after {expected["longest_trial_s"]:g} s of processor time; '
-            f'they tried {span(tried, digits=2)}, and no more could be'
+            f'trial runs ended after {expected["longest_trial_s"]:g} s of processor time, at '
+            f'{span(tried, digits=2)} of the voyage'
         )
     if growth is not None and growth['is_chaotic']:
         low, high = (
@@ -411,7 +405,7 @@ def _error_lines(facts: dict[str, Any]) -> list[str]:
         )
         lines.append(
             f'chaotic: a small difference grows e-fold in {span(low, digits=2)} to '
-            f'{span(high, digits=2)}, found over {span(growth["followed_s"], digits=2)}'
+            f'{span(high, digits=2)}, measured over {span(growth["followed_s"], digits=2)}'
         )
     if until is not None:
         return lines
@@ -422,7 +416,7 @@ def _error_lines(facts: dict[str, Any]) -> list[str]:
         in_sea = (
             ''
             if sea is None or sea['peak_period_s'] is None  # no weather, or a calm
-            else f' in the sea {sea["why"]}, that of day {sea["at_s"] / DAY_S:.2f}: Hs '
+            else f' in the sea {sea["why"]}, on day {sea["at_s"] / DAY_S:.2f}: Hs '
             f'{sea["significant_wave_height_m"]:.3g} m, Tp {sea["peak_period_s"]:.3g} s'
         )
         lines.append(f'{sampling:.1g} s from sampling {waves}{in_sea}')
@@ -439,7 +433,7 @@ def _error_lines(facts: dict[str, Any]) -> list[str]:
 
 
 def failures(result: Comparison) -> list[str]:
-    """Return why clocks stopped: one line for each clock and case, at its first such roll."""
+    """Return why clocks stopped: one line for each clock and case, at the first roll."""
     reasons: dict[tuple[str, str], str] = {}
     for row in result.rows:
         if row.stopped is not None:
@@ -452,13 +446,13 @@ def comparison_table(result: Comparison) -> Table:
     releases = ', '.join(f'{angle:g}' for angle in sorted({row.release for row in result.rows}))
     judged = any(row.prize_pounds is not None for row in result.rows)
     pays = 'pays nothing for a voyage of less than six weeks'
-    prize = '£: what the Act of 1714 pays' if judged else f'the Act of 1714 {pays}'
+    prize = '£: prize by the Act of 1714' if judged else f'the Act of 1714 {pays}'
     table = WholeTable(
         title=f'{span(result.duration_s)} in the same sea, released at {releases} rad',
         title_justify='left',
         caption=f'rate: mean of the run; spread: standard deviation of the rates over '
         f'{span(result.piece_s)} each; nmi: east of the truth, by the dial, and rated: corrected '
-        f'for the rate found in port, in the same sea; {prize}',
+        f'for the rate observed in port, in the same sea; {prize}',
         caption_justify='left',
         box=box.SIMPLE_HEAD,
         show_edge=False,
@@ -539,9 +533,7 @@ _CLOCKS = {'raw': 'dial', 'corrected': 'rated'}
 
 
 def fleet_tables(result: Answers) -> list[Table]:
-    """Return quantiles of the error, influences, and of a long voyage shares within the Act's
-    limits.
-    """
+    """Return quantiles of the error, influences, and for a long voyage shares by the Act."""
     tables = []
     if prizes := result.within:
         limits = (f'{prize.limit_nmi:g} nmi' for prize in prizes['raw'])
@@ -552,7 +544,7 @@ def fleet_tables(result: Answers) -> list[Table]:
                 for prize in prizes[clock]
             )
             tables[-1].add_row(label, *shares)
-    title = 'error of the longitude below which so many ships stay [nmi]'
+    title = 'quantiles of the error of the longitude over the ships [nmi]'
     sizes = ((label, result.quantiles_nmi[clock]) for clock, label in _CLOCKS.items())
     tables.append(_quantiles(title, sizes))
     if result.influences:
@@ -567,7 +559,7 @@ def fleet_tables(result: Answers) -> list[Table]:
 
 
 def of_fleet(title: str, *columns: str) -> Table:
-    """Return a table without rows; all columns but the first hold figures."""
+    """Return a table without rows, with figures in all columns but the first."""
     table = WholeTable(title=title or None, title_justify='left', box=box.SIMPLE_HEAD, padding=0)
     head, *figures = columns
     table.add_column(head)
@@ -577,7 +569,7 @@ def of_fleet(title: str, *columns: str) -> Table:
 
 
 def _quantiles(title: str, rows: Iterable[tuple[str, Sequence[float | None] | None]]) -> Table:
-    """Return the quantiles of the error of each clock; dashes where there are none."""
+    """Return the quantiles of the error of each clock, dashes if unknown."""
     from tauto_core.ensembles.answers import QUANTILES
 
     table = of_fleet(title, 'clock', *map(percent, QUANTILES))
@@ -622,12 +614,12 @@ def trial_tables(answers: TrialAnswers) -> Iterator[Table]:
                 *('–' if spread is None else f'± {percent(spread)}' for spread in spreads),
             )
         yield table
-    title = 'error below which so many passages stay [nmi]'
+    title = 'quantiles of the error over the passages [nmi]'
     sizes = ((called(clock, way), clock.ways[way].quantiles_nmi) for clock, way in rows)
     yield _quantiles(title, sizes)
     if answers.wind_draws or answers.hull_draws:
-        title = 'change of the error of a passage in the median [nmi]'
-        table = of_fleet(title, 'clock', 'wind drawn anew', 'hull drawn anew')
+        title = 'median change of the error of a passage [nmi]'
+        table = of_fleet(title, 'clock', 'other wind', 'other hull')
         for clock, way in rows:
             result = clock.ways[way]
             changes = (result.wind_nmi, result.hull_nmi)
@@ -673,19 +665,19 @@ def trial_remarks(answers: TrialAnswers) -> Iterator[str]:
     away = list(dict.fromkeys(row['passage'] for row in answers.voyages if row['ends']))
     if away:
         yield (
-            f'the last entry of {counted(len(away), "passage")} lies at sea, more than '
-            f'{LANDFALL_KM:g} km from the coast; no landfall there: {", ".join(away[:5])}'
+            f'the last entry of {counted(len(away), "passage")} is at sea, more than '
+            f'{LANDFALL_KM:g} km from the coast, without a landfall: {", ".join(away[:5])}'
             + ', …'
             * (len(away) > 5)
         )
 
 
 # -----------------------------------------------------------------------------
-# A hull: her motions in waves, and her cost to a clock.
+# A hull: its motions in waves, and its cost to a clock.
 
 
 def hull_page(facts: Facts) -> RenderableType:
-    """Return a hull as text: her sizes, her operators, and the rates."""
+    """Return a hull as text: sizes, response amplitude operators, and rates."""
     hull, ship = facts['hull'], facts['ship']
     lines = (
         f'{hull["name"]}: {hull["length_m"]:.3g} by {hull["beam_m"]:.3g} by '
@@ -717,7 +709,7 @@ def hull_page(facts: Facts) -> RenderableType:
         f'a weight in a Bretschneider sea of {height} m, {period:g} s: s/day',
         (
             *('heading, °', 'forward, m', 'up, m', 'heave', 'athwart', 'fore and aft'),
-            *('plane kept vertical', 'leaning freely', 'plane pitches with her'),
+            *('plane kept vertical', 'leaning freely', 'plane pitches with ship'),
         ),
         'heading: direction the waves run to, from the bow to port; 180 head seas',
     )
@@ -732,7 +724,7 @@ def hull_page(facts: Facts) -> RenderableType:
 
 
 def _squared(title: str, columns: Iterable[str], caption: str | None = None) -> Table:
-    """Return a table without rows, all of whose columns hold figures."""
+    """Return a table of figures without rows."""
     table = WholeTable(title=title, title_justify='left', caption=caption, box=box.SQUARE)
     for name in columns:
         table.add_column(name, justify='right')

@@ -1,4 +1,4 @@
-"""What commands share: options, messages, streams, endings by signal, the progress bar."""
+"""Shared by commands: options, messages, streams, signals, progress bars."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ if TYPE_CHECKING:
 
 
 # -----------------------------------------------------------------------------
-# Arguments and options that several commands share.
+# Options of several commands.
 
 
 def measured(unit: str) -> Callable[[str | float], float]:
-    """Return the parser of an option: a number in the unit, or a number with a unit, as `5 mm`."""
+    """Return the parser of an option: a number in the unit, or with a unit, such as `5 mm`."""
 
     def number(text: str | float) -> float:
         try:
-            return float(text)  # nearly always, and without an import
+            return float(text)  # usually, without an import
         except ValueError:
             from tauto_core.scene.units import measure
         try:
@@ -46,18 +46,18 @@ def measured(unit: str) -> Callable[[str | float], float]:
 
 SceneName: TypeAlias = Annotated[
     str,
-    typer.Argument(metavar='SCENE', help='A YAML file, or a name that `tauto scenes` lists.'),
+    typer.Argument(metavar='SCENE', help='A YAML file, or a name listed by `tauto scenes`.'),
 ]
 AsJson: TypeAlias = Annotated[
-    bool, typer.Option('--json', help='Print one JSON object on stdout, nothing else there.')
+    bool, typer.Option('--json', help='Print exactly one JSON object on stdout.')
 ]
 Settings: TypeAlias = Annotated[
     list[str] | None,
     typer.Option(
         '--set',
         metavar='KEY=VALUE',
-        help='Another value for a key of the scene, such as ship.sea.peak_period=8; may come '
-        'several times. The value null removes the key.',
+        help='Another value for a key of the scene, such as ship.sea.peak_period=8. May be '
+        'repeated. The value null removes the key.',
     ),
 ]
 
@@ -65,12 +65,9 @@ Settings: TypeAlias = Annotated[
 def given_values(
     settings: list[str] | None, duration: float | None = None, accuracy: float | None = None
 ) -> dict[str, Any]:
-    """Return the values that --set, --duration and --accuracy change, by the paths of the keys.
+    """Return the values of --set, --duration and --accuracy by path, `ABSENT` for null.
 
-    `ABSENT` stands for null, which removes a key.
-
-    Raises:
-        UsageError: no KEY=VALUE, a value that is not YAML or is empty, or a key given twice.
+    UsageError without KEY=VALUE, for a wrong or empty value, or a key that is given twice.
     """
     from tauto_core.scene.loader import read_mapping
 
@@ -88,7 +85,7 @@ def given_values(
         except SceneError as error:
             raise UsageError(
                 f'--set {setting}: {error.problem}. Write one value, in quotes for the shell '
-                "where it has blanks or brackets: --set 'voyage.departure=[50.8, -1.1]'"
+                "if it has blanks or brackets: --set 'voyage.departure=[50.8, -1.1]'"
             ) from None
         if values[path] is None and text.lower() not in ('null', '~'):
             raise UsageError(f'--set {setting}: has no value. Write one after the =')
@@ -97,12 +94,12 @@ def given_values(
     return values
 
 
-# Endings of arguments that options do without.
+# endings of arguments that options lack
 _UNITS = ('_mm', '_deg', '_rad', '_s')
 
 
 def option(argument: Argument) -> str:
-    """Return an argument as it is written on the command line."""
+    """Return an argument as an option of the command line."""
     unit = next(filter(argument.name.endswith, _UNITS), '')
     plain = argument.name.removesuffix(unit).replace('_', '-')
     name = '--out' if argument.name == 'file' else f'--{plain}'
@@ -112,31 +109,31 @@ def option(argument: Argument) -> str:
 
 
 # -----------------------------------------------------------------------------
-# Messages of the commands besides their result. They go to stderr; --quiet suppresses them.
+# Messages on stderr, which --quiet suppresses.
 
 _state = {'quiet': False}
 
 
 def be_quiet(quiet: bool) -> None:
-    """Print only results and errors from now on, or print messages again."""
+    """Switch messages off or on."""
     _state['quiet'] = quiet
 
 
 def is_quiet() -> bool:
-    """Return whether only results and errors are wanted."""
+    """Return whether messages are off."""
     return _state['quiet']
 
 
 def say(words: str) -> None:
-    """Print a message on stderr that is useful but not part of the result."""
+    """Print a message on stderr."""
     if not is_quiet():
         typer.echo(f'tauto: {spelled(words, option)}', err=True)
 
 
 def say_oddities(scene: Scene, origin: str, *, anyway: bool) -> list[str]:
-    """Print and return warnings about a scene to be sailed, `origin` as the user named it.
+    """Print and return warnings about a scene, which the user named `origin`.
 
-    Beyond all that is known it is refused by SceneError, unless it is to sail `anyway`.
+    SceneError if machine or ship are larger than any known, unless `anyway`.
     """
     from tauto_core.checks.readiness import check_known, oddities
     from tauto_core.scene.errors import naming
@@ -151,7 +148,7 @@ def say_oddities(scene: Scene, origin: str, *, anyway: bool) -> list[str]:
 
 
 def say_warnings() -> None:
-    """Print the package's own Python warnings from now on as messages."""
+    """From now on print the package's Python warnings as messages."""
     original = warnings.showwarning
 
     def show(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
@@ -165,7 +162,7 @@ def say_warnings() -> None:
 
 @contextmanager
 def saying_warnings() -> Iterator[None]:
-    """Print the package's own Python warnings as messages, each time, in this context."""
+    """Print all of the package's Python warnings as messages in this context."""
     with warnings.catch_warnings():
         warnings.simplefilter('always', TautoWarning)
         say_warnings()
@@ -173,10 +170,7 @@ def saying_warnings() -> Iterator[None]:
 
 
 def print_rich(*parts: RenderableType, err: bool = False) -> None:
-    """Print texts and tables below each other, without blanks at the ends of lines.
-
-    A text stands as it is, without rich's markup.
-    """
+    """Print texts (without markup) and tables, without trailing blanks."""
     from rich.console import Console
 
     console = Console(stderr=err, highlight=False, markup=False)
@@ -188,7 +182,7 @@ def print_rich(*parts: RenderableType, err: bool = False) -> None:
 
 
 # -----------------------------------------------------------------------------
-# Standard output and error that may be closed, full, or of another encoding than UTF-8.
+# Standard streams may be closed or full, or have another encoding than UTF-8.
 
 _PLAIN = {'−': '-', '–': '-', '—': '-', '…': '...', '√': 'sqrt', '≤': '<=', '≥': '>=', '→': '->'}
 _GREEK = 'GREEK SMALL LETTER '
@@ -196,7 +190,7 @@ _HANDLER = 'tauto_plain'
 
 
 def prepare_streams() -> None:
-    """Let any text be printed, on any terminal."""
+    """Make any text printable on any terminal."""
     open_closed_streams()
     codecs.register_error(_HANDLER, _plain)
     for stream in (sys.stdout, sys.stderr):
@@ -205,15 +199,14 @@ def prepare_streams() -> None:
 
 
 def drop_output() -> None:
-    """Discard output that stdout refused; otherwise the interpreter fails on it again at exit."""
+    """Discard output that stdout refused, since the interpreter would fail on it again at exit."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def open_closed_streams() -> None:
-    """Open the null device in the place of streams that were closed (`2>&-`, some daemons).
+    """Open the null device for streams that were closed (`2>&-`, some daemons).
 
-    Python has None for them, and the next file to be opened would get their number, with all that
-    C libraries print.
+    Otherwise the next opened file would get their number, with the output of C libraries.
     """
     for name, mode in (('stdin', 'r'), ('stdout', 'w'), ('stderr', 'w')):
         if getattr(sys, name) is None:
@@ -223,8 +216,8 @@ def open_closed_streams() -> None:
 def _plain(error: UnicodeError) -> tuple[str | bytes, int]:
     """Return the replacement of a character that an encoding lacks, and the place after it.
 
-    A minus becomes a hyphen, so that signs are kept. Python represents bytes of a file's name that
-    are not text by lone surrogates; they are printed as these bytes, as other programs do.
+    A minus becomes a hyphen. Lone surrogates, Python's form of bytes in file names that are not
+    text, become these bytes.
     """
     if not isinstance(error, UnicodeEncodeError):
         raise error
@@ -238,10 +231,9 @@ def _plain(error: UnicodeError) -> tuple[str | bytes, int]:
 
 
 # -----------------------------------------------------------------------------
-# SIGTERM, and SIGHUP of a terminal that is closed, as an exception, so that a run ends as after
-# Ctrl-C; and none is lost.
+# SIGTERM, and SIGHUP of a closed terminal, end a run with an exception, as Ctrl-C does.
 
-# Time after which a lost signal is sent again: what lost it has ended by then.
+# delay before a lost signal is sent again
 _AGAIN_S = 0.05
 
 
@@ -250,14 +242,14 @@ class Terminated(KeyboardInterrupt):
 
 
 _ending: list[int] = []
-"""The signal by which the run ends, while it does: its bag is being closed."""
+"""The signal that ends the run, while its bag is being closed."""
 
 
 @contextmanager
 def ended_by_sigterm() -> Iterator[None]:
-    """Turn the first SIGTERM or SIGHUP into `Terminated` for as long as the context lasts.
+    """In a context, convert the first SIGTERM or SIGHUP to `Terminated`.
 
-    Another one would break off what the first has begun, and is ignored; so is a SIGHUP that was
+    Further ones are ignored, since they would interrupt the closing, and so is a SIGHUP that was
     ignored before (`nohup`).
     """
 
@@ -279,10 +271,9 @@ def ended_by_sigterm() -> Iterator[None]:
 
 
 def send_lost_again() -> None:
-    """Send SIGINT, SIGTERM or SIGHUP again where Python has lost its exception.
+    """Send SIGINT, SIGTERM or SIGHUP again if Python has dropped its exception.
 
-    An exception in a callback, such as the one that frees the lock of an import, is reported and
-    dropped: Ctrl-C would have no effect.
+    Python only reports an exception in a callback, such as the release of an import lock.
     """
     report = sys.unraisablehook
 
@@ -299,15 +290,14 @@ def send_lost_again() -> None:
 
 
 # -----------------------------------------------------------------------------
-# The progress bar.
+# Progress bars.
 
 
 @contextmanager
 def progress_bar(label: str) -> Iterator[Callable[[float], None]]:
-    """Show a bar on stderr, if that is a terminal, for as long as the context lasts.
+    """Show a bar on stderr, if it is a terminal; yield a function of the share done, 0 to 1.
 
-    While a kernel compiles, the label in front names it, with the time that it takes. It yields a
-    function to call with the share done so far, from 0 to 1.
+    While a kernel compiles, the label has its name and the expected time.
     """
     if not sys.stderr.isatty() or is_quiet():
         yield lambda _share: None
@@ -333,10 +323,10 @@ def progress_bar(label: str) -> Iterator[Callable[[float], None]]:
 
 @contextmanager
 def counting_bar(things: str) -> Iterator[Callable[[float, int], None]]:
-    """Show a bar on stderr, as `progress_bar` does, with the rate and the time left.
+    """Show a bar on stderr, if it is a terminal, with the rate and the time left.
 
-    `things` are what is counted, in the plural. It yields a function to call with the number done
-    so far, parts included, and the total; with the share and 0 while there is none yet.
+    `things` names the counted items. It yields a function of the number done, with fractions, and
+    the total, or of the share done and 0 while the total is unknown.
     """
     if not sys.stderr.isatty() or is_quiet():
         yield lambda _done, _total: None

@@ -1,8 +1,7 @@
 """Commands that are more than one call.
 
-`tauto plot` and `tauto report` print the warnings about a scene before it sails and have a file
-where none is named, `tauto cam` prints a few points, and `tauto fleet` sails the passages of a
-log-book, too.
+`tauto plot` and `tauto report` print warnings before a scene sails and have a default file. `tauto
+cam` prints a few points. `tauto fleet` also sails the passages of a log-book.
 """
 
 from __future__ import annotations
@@ -32,8 +31,8 @@ if TYPE_CHECKING:
     from tauto_core.voyage import Voyage
 
 _UNIT = (
-    'in the unit of the time axis of `plot error`: days for a voyage of two days or more, then '
-    'hours, minutes, seconds; or with a unit, as 36 h'
+    'in the unit of the time axis of `plot error` (days for a voyage of two days or more, then '
+    'hours, minutes, seconds) or with a unit, such as 36 h'
 )
 _TEN = 'Without --from and --to: the roughest ten minutes.'
 
@@ -47,16 +46,16 @@ def _file(words: str) -> Any:
 
 
 OF_PLOT = {
-    'file': _file('Ending in .svg, .png or .pdf; is replaced. Default: NAME_WHAT.svg.'),
+    'file': _file('Ending in .svg, .png or .pdf, which is replaced. Default: NAME_WHAT.svg.'),
     'from_s': _text('--from', 'T', f'Begin roll or spectrum here, {_UNIT}. {_TEN}'),
-    'to_s': _text('--to', 'T', 'End it here; default: ten minutes after --from.'),
+    'to_s': _text('--to', 'T', 'End it here. Default: ten minutes after --from.'),
 }
-OF_REPORT = {'file': _file('Ending in .html; is replaced. Default: NAME.html.')}
+OF_REPORT = {'file': _file('Ending in .html, which is replaced. Default: NAME.html.')}
 
 
 CAM_FILES = ('csv', 'svg', 'dxf', 'template', 'step', 'stl')
 SHOWN = 11
-"""Points of a cam that are printed."""
+"""Number of printed points of a cam."""
 
 
 USED = {
@@ -64,11 +63,11 @@ USED = {
     'cam': ('drag', 'escapement'),
     'machine': ('drag', 'escapement', 'suspension'),
 }
-"""Sections, besides the machine's, on which a picture of a scene depends."""
+"""Sections, in addition to the machine's, that affect a picture of a scene."""
 
 
 def plot(given: dict[str, Any]) -> None:
-    """Draw one picture; times without a unit are in that of its axis."""
+    """Draw one picture. Times without a unit are in the unit of its axis."""
     from tauto_core.plots.contents import OF_A_SCENE, check_picture, time_unit
 
     source, what = given.pop('source'), given.pop('what')
@@ -76,9 +75,7 @@ def plot(given: dict[str, Any]) -> None:
     file = given.setdefault('file', Path(f'{title_of(source)}_{what}.svg'))
     check_picture(what, file, part=any(end is not None for end in ends.values()))
     for name, text in ends.items():
-        _on_axis(
-            name, text, 1.0
-        )  # a text that is not a time is refused before the scene is sailed
+        _on_axis(name, text, 1.0)  # checks the text before the scene sails
     voyage = _voyage(source, given, sails=what not in OF_A_SCENE)
     unit_s = 1.0
     if voyage.samples:
@@ -92,7 +89,7 @@ def plot(given: dict[str, Any]) -> None:
 
 
 def report(given: dict[str, Any]) -> None:
-    """Write a page, which says by which command."""
+    """Write a page, which shows its command."""
     from tauto_core.plots.page import check_report, write_report
 
     source = given.pop('source')
@@ -105,7 +102,7 @@ def report(given: dict[str, Any]) -> None:
 
 
 def cam(given: dict[str, Any]) -> Any:
-    """Return a cam; of one that is only looked at a few points, or as many as were asked for."""
+    """Return a cam, by default with few points if they are only printed."""
     is_read = given.keys().isdisjoint(CAM_FILES) and not given['plate']
     if is_read:
         given.setdefault('points', SHOWN)
@@ -121,7 +118,7 @@ def fleet(given: dict[str, Any]) -> Any:
         if name in unknown and value is not False:
             wrong = ': needs ', Argument('logs'), '. Name a log-book, or leave it out'
             if call == 'trial':
-                which = ', whose passages are the ships. Leave one of them out'
+                which = '. Leave one of them out'
                 wrong = ': does not go with ', Argument('logs'), which
             raise UsageError(Argument(name, value), *wrong)
     chosen = {key: value for key, value in given.items() if key not in unknown}
@@ -137,7 +134,7 @@ def title_of(source: str) -> str:
 
 
 def _on_axis(name: str, text: str | None, unit_s: float) -> float | None:
-    """Return a time [s] that is given in the unit of the axis, or with another."""
+    """Return a time [s], given in the unit of the axis or with its own unit."""
     from tauto_core.scene.units import quantity
 
     if text is None:
@@ -149,14 +146,14 @@ def _on_axis(name: str, text: str | None, unit_s: float) -> float | None:
 
 
 def _voyage(source: str, given: Mapping[str, Any], *, sails: bool = True) -> Voyage:
-    """Return the voyage of a bag or a scene, after the warnings about it."""
+    """Print warnings about a bag or a scene, and return its voyage."""
     anyway = given['anyway']
     values = {key: value for key, value in given.items() if key not in ('anyway', 'file')}
     if api.is_bag(source):
         if values:
             raise UsageError(
-                '--duration, --accuracy and --set are for a scene, and a bag was sailed '
-                'already. Leave them out'
+                '--duration, --accuracy and --set apply to a scene, not to a recorded bag. '
+                'Leave them out'
             )
         voyage = api.replay(source)
         for warning in voyage.result['warnings']:
@@ -169,7 +166,7 @@ def _voyage(source: str, given: Mapping[str, Any], *, sails: bool = True) -> Voy
 
 
 def _nothing(*_: object) -> None:
-    """Print no result: the file is it."""
+    """Print no result, since it is a file."""
 
 
 _DRAWN: dict[str, Any] = {'has_json': False, 'has_scene': True, 'writes': ('file',)}
