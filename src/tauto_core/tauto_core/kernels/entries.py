@@ -59,6 +59,12 @@ _TESTS = {
     'uint64': '{0}.__class__ is not uint64',
     'bool': '{0}.__class__ is not bool and {0}.__class__ is not bool_',
 }
+_KINDS = (
+    ((bool, np.bool_), 'bool'),
+    (float, 'float'),
+    ((int, np.int64), 'int'),
+    (np.uint64, 'uint64'),
+)
 _DTYPES = {name: np.dtype(name) for name in ('f8', 'i8', 'u8', 'b1')}
 
 
@@ -66,14 +72,9 @@ def structure_of(x: Any) -> Any:
     """Return the structure of an argument, or raise a KernelError for an unsupported one."""
     if x is None:
         return None
-    if isinstance(x, (bool, np.bool_)):
-        return 'bool'
-    if isinstance(x, float):
-        return 'float'
-    if isinstance(x, (int, np.int64)):
-        return 'int'
-    if isinstance(x, np.uint64):
-        return 'uint64'
+    for classes, name in _KINDS:
+        if isinstance(x, classes):
+            return name
     if isinstance(x, tuple):
         named = type(x) if hasattr(x, '_fields') else None
         return Tuple(named, tuple(structure_of(item) for item in x))
@@ -107,70 +108,51 @@ def spelled_out(structure: Any) -> str:
     return str(structure)
 
 
-class _Packing:
-    """The source of a function that packs arguments of one structure.
-
-    Attributes:
-        lines: statements that unpack tuples, and return `None` for another structure.
-        words: packed expressions, one word each.
-        formats: `struct` formats of the words.
-        known: values of the names in the lines.
-    """
-
-    def __init__(self) -> None:
-        self.lines: list[str] = []
-        self.words: list[str] = []
-        self.formats: list[str] = []
-        self.known: dict[str, Any] = {
-            'ndarray': np.ndarray,
-            'int64': np.int64,
-            'uint64': np.uint64,
-            'bool_': np.bool_,
-        }
-
-    def take(self, name: str, structure: Any) -> None:
-        """Test and pack the argument `name`."""
-        if structure is None:
-            self._refuse(f'{name} is not None')
-        elif isinstance(structure, Tuple):
-            items = structure.items
-            self.known[f'T{name}'] = structure.named or tuple
-            self._refuse(f'{name}.__class__ is not T{name} or len({name}) != {len(items)}')
-            names = [f'{name}_{i}' for i in range(len(items))]
-            if names:
-                self.lines.append(f' {", ".join(names)}, = {name}')
-            for field, item in zip(names, items, strict=True):
-                self.take(field, item)
-        elif isinstance(structure, ArrayStructure):
-            self.known[f'D{name}'] = structure.dtype
-            test = '!=' if structure.dtype.fields is not None else 'is not'
-            self._refuse(f'{name}.__class__ is not ndarray or {name}.dtype {test} D{name}')
-            self._refuse(f'{name}.ndim != {structure.ndim}')
-            self._pack(f'id({name})', 'q')
-        else:
-            self._refuse(_TESTS[structure].format(name))
-            self._pack(f'bool({name})' if structure == 'bool' else name, WORD_FORMATS[structure])
-
-    def _refuse(self, test: str) -> None:
-        self.lines.append(f' if {test}: return None')
-
-    def _pack(self, word: str, form: str) -> None:
-        self.words.append(word)
-        self.formats.append(form)
-
-
 def packer(structures: list[Any], kernel: str) -> Callable[..., bytes | None]:
     """Return a function that packs arguments, or returns `None` for another structure.
 
     It bears the kernel's name, which Python's error for a wrong number of arguments shows.
     """
-    packing = _Packing()
     names = [f'a{i}' for i in range(len(structures))]
+    lines, words = [f'def {kernel}({", ".join(names)}):'], list[tuple[str, str]]()
+    env: dict[str, Any] = {
+        'ndarray': np.ndarray,
+        'int64': np.int64,
+        'uint64': np.uint64,
+        'bool_': np.bool_,
+    }
+
+    def refuse(test: str) -> None:
+        lines.append(f' if {test}: return None')
+
+    def take(name: str, structure: Any) -> None:
+        if structure is None:
+            refuse(f'{name} is not None')
+        elif isinstance(structure, Tuple):
+            items = structure.items
+            env[f'T{name}'] = structure.named or tuple
+            refuse(f'{name}.__class__ is not T{name} or len({name}) != {len(items)}')
+            fields = [f'{name}_{i}' for i in range(len(items))]
+            if fields:
+                lines.append(f' {", ".join(fields)}, = {name}')
+            for field, item in zip(fields, items, strict=True):
+                take(field, item)
+        elif isinstance(structure, ArrayStructure):
+            env[f'D{name}'] = structure.dtype
+            test = '!=' if structure.dtype.fields is not None else 'is not'
+            refuse(f'{name}.__class__ is not ndarray or {name}.dtype {test} D{name}')
+            refuse(f'{name}.ndim != {structure.ndim}')
+            words.append((f'id({name})', 'q'))
+        else:
+            refuse(_TESTS[structure].format(name))
+            word = f'bool({name})' if structure == 'bool' else name
+            words.append((word, WORD_FORMATS[structure]))
+
     for name, structure in zip(names, structures, strict=True):
-        packing.take(name, structure)
-    env = {**packing.known, 'pack': struct.Struct(''.join(packing.formats)).pack}
-    head = f'def {kernel}({", ".join(names)}):'
-    exec('\n'.join([head, *packing.lines, f' return pack({", ".join(packing.words)})']), env)
+        take(name, structure)
+    env['pack'] = struct.Struct(''.join(form for _, form in words)).pack
+    lines.append(f' return pack({", ".join(word for word, _ in words)})')
+    exec('\n'.join(lines), env)
     pack: Callable[..., bytes | None] = env[kernel]
     return pack
 

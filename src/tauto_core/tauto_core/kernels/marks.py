@@ -167,10 +167,6 @@ class Dependencies:
         path = function.__code__.co_filename
         self.files[path] = digest(path)
 
-    def type(self, named: type) -> None:
-        """Record the fields of a NamedTuple."""
-        self.constant(named.__module__, named.__qualname__, named)
-
     def constant(self, module: str, name: str, value: Any) -> None:
         """Record the value of a module's name."""
         self.names.setdefault(module, {})[name] = token(value)
@@ -222,14 +218,11 @@ class FunctionSource:
 
     def __init__(self, code: CodeType) -> None:
         nodes = _definitions(code.co_filename).get((code.co_name, code.co_firstlineno), [])
-        if len(nodes) > 1:
-            # several lambdas in one line: take the one that the instructions come from
-            begins = {(p[0], p[2]) for p in code.co_positions() if p[3] and p[3] > (p[2] or 0)}
-            nodes = [n for n in nodes if (n.body.lineno, n.body.col_offset) in begins]
         if len(nodes) != 1:
             raise KernelError(
-                f'the source of {code.co_qualname} is not in {code.co_filename}:'
-                f'{code.co_firstlineno}. Has the file changed since it was imported?'
+                f'the source of {code.co_qualname} is not at {code.co_filename}:'
+                f'{code.co_firstlineno}. Import the file again if it has changed, and give each '
+                'lambda a line of its own'
             )
         node = nodes[0]
         kind = node.args

@@ -6,6 +6,7 @@ import ast
 import math
 import operator
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -227,46 +228,34 @@ def compared(out: Emission, op: Any, x: Any, y: Any) -> Any:
 # Each takes the emission, then the arguments.
 
 
-def _float_function(name: str) -> Callable[..., Any]:
-    """Return a function of floats, of LLVM or the C library."""
-
-    def call(out: Emission, *args: Any) -> Any:
-        return Value(FLOAT, out.external(name, DOUBLE, [out.float(x) for x in args]))
-
-    return call
+def _float_function(name: str, out: Emission, *args: Any) -> Any:
+    """Call a function of floats, of LLVM or the C library."""
+    return Value(FLOAT, out.external(name, DOUBLE, [out.float(x) for x in args]))
 
 
-def _to_whole(name: str) -> Callable[..., Any]:
-    """Return a function that rounds a float to a whole number."""
-
-    def call(out: Emission, x: Any) -> Any:
-        x = at_run_time(x)
-        if isinstance(x, Value) and x.kind in (INT, UINT):
-            return x
-        return Value(INT, out.b.fptosi(out.external(name, DOUBLE, [out.float(x)]), WORD))
-
-    return call
+def _to_whole(name: str, out: Emission, x: Any) -> Any:
+    """Round a float to a whole number."""
+    x = at_run_time(x)
+    if isinstance(x, Value) and x.kind in (INT, UINT):
+        return x
+    return Value(INT, out.b.fptosi(out.external(name, DOUBLE, [out.float(x)]), WORD))
 
 
-def _extreme(sign: str) -> Callable[..., Any]:
+def _extreme(sign: str, out: Emission, *args: Any) -> Any:
     """Return min or max: the first of equals, as in Python."""
-
-    def call(out: Emission, *args: Any) -> Any:
-        args = tuple(args[0]) if len(args) == 1 else args
-        values = [at_run_time(x) for x in args]
-        if any(not isinstance(x, Value) or x.kind.lanes for x in values):
-            raise KernelError(f'min or max of {", ".join(described(x) for x in values)}')
-        best, b = values[0], out.b
-        for x in values[1:]:
-            if FLOAT in (best.kind, x.kind):
-                old, new = out.float(best), out.float(x)
-                best = Value(FLOAT, b.select(b.fcmp_ordered(sign, new, old), new, old))
-            else:
-                old, new = out.int(best), out.int(x)
-                best = Value(INT, b.select(b.icmp_signed(sign, new, old), new, old))
-        return best
-
-    return call
+    args = tuple(args[0]) if len(args) == 1 else args
+    values = [at_run_time(x) for x in args]
+    if any(not isinstance(x, Value) or x.kind.lanes for x in values):
+        raise KernelError(f'min or max of {", ".join(described(x) for x in values)}')
+    best, b = values[0], out.b
+    for x in values[1:]:
+        if FLOAT in (best.kind, x.kind):
+            old, new = out.float(best), out.float(x)
+            best = Value(FLOAT, b.select(b.fcmp_ordered(sign, new, old), new, old))
+        else:
+            old, new = out.int(best), out.int(x)
+            best = Value(INT, b.select(b.icmp_signed(sign, new, old), new, old))
+    return best
 
 
 def _abs(out: Emission, x: Any) -> Any:
@@ -278,11 +267,8 @@ def _abs(out: Emission, x: Any) -> Any:
     return Value(FLOAT, out.external('llvm.fabs.f64', DOUBLE, [out.float(x)]))
 
 
-def _as(kind: NumberKind, plain: Callable[[Any], Any]) -> Callable[..., Any]:
-    def call(out: Emission, x: Any) -> Any:
-        return plain(x) if is_number(x) else out.convert(x, kind)
-
-    return call
+def _as(kind: NumberKind, plain: Callable[[Any], Any], out: Emission, x: Any) -> Any:
+    return plain(x) if is_number(x) else out.convert(x, kind)
 
 
 def _len(_out: Emission, x: Any) -> Any:
@@ -326,10 +312,8 @@ def _empty(out: Emission, shape: Any, dtype: Any = np.float64) -> Array:
     for length in dims:
         size = b.mul(size, length)
     address = BYTE.as_pointer()
-    malloc = out.module.globals.get('malloc')
-    if malloc is None:
-        malloc = ir.Function(out.module, ir.FunctionType(address, [WORD]), 'malloc')
-        malloc.return_value.attributes.add('noalias')
+    malloc = out.function('malloc', address, [WORD])
+    malloc.return_value.attributes.add('noalias')
     room = b.call(malloc, [b.add(size, ir.Constant(WORD, 8 + ALIGNED))])
     behind = b.add(b.ptrtoint(room, WORD), ir.Constant(WORD, 8 + ALIGNED - 1))
     begin = b.and_(behind, ir.Constant(WORD, -ALIGNED))
@@ -350,29 +334,29 @@ def _empty_like(out: Emission, x: Array) -> Array:
 FUNCTIONS: dict[Any, Callable[..., Any]] = {
     abs: _abs,
     bool: Emission.truth,
-    float: _as(FLOAT, float),
-    int: _as(INT, int),
+    float: partial(_as, FLOAT, float),
+    int: partial(_as, INT, int),
     isinstance: _isinstance,
     len: _len,
-    max: _extreme('>'),
-    min: _extreme('<'),
-    round: _to_whole('llvm.rint.f64'),
-    math.ceil: _to_whole('llvm.ceil.f64'),
-    math.floor: _to_whole('llvm.floor.f64'),
+    max: partial(_extreme, '>'),
+    min: partial(_extreme, '<'),
+    round: partial(_to_whole, 'llvm.rint.f64'),
+    math.ceil: partial(_to_whole, 'llvm.ceil.f64'),
+    math.floor: partial(_to_whole, 'llvm.floor.f64'),
     math.isfinite: _isfinite,
     np.empty: _empty,
     np.empty_like: _empty_like,
-    np.float64: _as(FLOAT, float),
-    np.int64: _as(INT, int),
-    np.uint64: _as(UINT, np.uint64),
+    np.float64: partial(_as, FLOAT, float),
+    np.int64: partial(_as, INT, int),
+    np.uint64: partial(_as, UINT, np.uint64),
 }
-for _name in ('sqrt', 'sin', 'cos', 'exp', 'log', 'copysign'):
-    FUNCTIONS[getattr(math, _name)] = _float_function(f'llvm.{_name}.f64')
+_LLVM = 'sqrt', 'sin', 'cos', 'exp', 'log', 'copysign'
 for _name in (
-    *('tan', 'asin', 'acos', 'atan', 'atan2', 'hypot', 'expm1', 'log1p'),
+    *(*_LLVM, 'tan', 'asin', 'acos', 'atan', 'atan2', 'hypot', 'expm1', 'log1p'),
     *('sinh', 'cosh', 'tanh', 'asinh', 'acosh', 'atanh'),
 ):
-    FUNCTIONS[getattr(math, _name)] = _float_function(_name)
+    _symbol = f'llvm.{_name}.f64' if _name in _LLVM else _name
+    FUNCTIONS[getattr(math, _name)] = partial(_float_function, _symbol)
 
 
 def place_right_of(values: Any, x: float, side: str) -> int:
@@ -557,34 +541,17 @@ def meet(out: Emission, ends: Sequence[tuple[ir.Block, dict[str, Any]]]) -> dict
     return together
 
 
-class Header:
-    """The header of a loop, with a phi node for each number that the loop carries.
+def carried(
+    out: Emission, x: Any, name: str, preheader: ir.Block, header: ir.Block
+) -> tuple[Any, BackEdge]:
+    """Return a variable in the header of a loop, and a function to set its value after a round.
 
-    Its kinds are the kinds before the loop, since the loop's end is not translated yet.
-
-    Attributes:
-        out: the function that is written.
-        preheader: the block before the loop.
-        block: the header's block.
+    Each number gets a phi node. Its kind is the kind before the loop, since the loop's end is not
+    translated yet.
     """
-
-    def __init__(self, out: Emission, preheader: ir.Block, block: ir.Block) -> None:
-        self.out, self.preheader, self.block = out, preheader, block
-
-    def carried(self, x: Any, name: str) -> tuple[Any, BackEdge]:
-        """Return a variable in the header, and a function to set its value after a round."""
-        group = _grouped(x)
-        if group is not None:
-            return self._group(group, name)
-        if isinstance(x, Value) or is_number(x):
-            return self._number(at_run_time(x), name)
-        why = (
-            f'{name} is {described(x)} before a loop that sets it: loops carry numbers and tuples'
-        )
-        return Conflict(x.why if isinstance(x, Conflict) else why), lambda _x, _block: None
-
-    def _group(self, group: Group, name: str) -> tuple[Any, BackEdge]:
-        pairs = [self.carried(item, name) for item in group]
+    group = _grouped(x)
+    if group is not None:
+        pairs = [carried(out, item, name, preheader, header) for item in group]
 
         def from_group(end: Any, block: ir.Block) -> None:
             items = _grouped(end)
@@ -594,19 +561,23 @@ class Header:
                 from_item(item, block)
 
         return Group([item for item, _ in pairs], group.instance_class), from_group
+    if not (isinstance(x, Value) or is_number(x)):
+        why = (
+            f'{name} is {described(x)} before a loop that sets it: loops carry numbers and tuples'
+        )
+        return Conflict(x.why if isinstance(x, Conflict) else why), lambda _x, _block: None
+    begin: Value = at_run_time(x)
+    out.b.position_at_end(header)
+    phi = out.b.phi(begin.kind.type)
+    phi.add_incoming(begin.ir, preheader)
 
-    def _number(self, x: Value, name: str) -> tuple[Any, BackEdge]:
-        self.out.b.position_at_end(self.block)
-        phi = self.out.b.phi(x.kind.type)
-        phi.add_incoming(x.ir, self.preheader)
+    def from_number(end: Any, block: ir.Block) -> None:
+        if common_kind([begin, end]) is not begin.kind:
+            raise _changed(name, begin, end)
+        out.b.position_at_end(block)
+        phi.add_incoming(out.convert(end, begin.kind).ir, block)
 
-        def from_number(end: Any, block: ir.Block) -> None:
-            if common_kind([x, end]) is not x.kind:
-                raise _changed(name, x, end)
-            self.out.b.position_at_end(block)
-            phi.add_incoming(self.out.convert(end, x.kind).ir, block)
-
-        return Value(x.kind, phi), from_number
+    return Value(begin.kind, phi), from_number
 
 
 def _changed(name: str, x: Any, end: Any) -> KernelError:

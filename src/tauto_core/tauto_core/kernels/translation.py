@@ -14,7 +14,7 @@ import builtins
 from collections.abc import Iterator
 from itertools import count
 from types import FunctionType, ModuleType
-from typing import Any
+from typing import Any, NamedTuple
 
 from llvmlite import ir
 
@@ -40,8 +40,8 @@ from tauto_core.kernels.operations import (
     FUNCTIONS,
     IN_PYTHON,
     BackEdge,
-    Header,
     binary,
+    carried,
     compared,
     fill,
     item,
@@ -292,14 +292,14 @@ class Scope:
             self.program.used.file(callee.function)
             return callee.function(self.out, *args, **keywords)
         if isinstance(callee, type) and hasattr(callee, '_fields'):
-            self.program.used.type(callee)
-            instance = callee(*args, **keywords)
-            return Group(instance, callee)
+            self.program.used.constant(callee.__module__, callee.__qualname__, callee)
+            return Group(callee(*args, **keywords), callee)
         callee = IN_PYTHON.get(callee, callee) if callee.__hash__ else callee
         function = plain_function(callee)
         if function is not None:
-            translate = self.program.inlined if is_inlined(function) else self.program.call
-            return translate(self.out, function, args, keywords)
+            if is_inlined(function):
+                return Frame(self.program, self.out, function).result(args, keywords)
+            return self.program.call(self.out, function, args, keywords)
         emit = FUNCTIONS.get(callee)
         if emit is None:
             raise KernelError(f'kernels cannot call {callee!r}')
@@ -310,7 +310,7 @@ UNROLLED, UNROLLED_TO_PICK = 3, 16
 """Most rounds of an unrolled loop: of any loop, and of one that picks items of a tuple."""
 
 
-class Loop:
+class Loop(NamedTuple):
     """A loop around a statement.
 
     Attributes:
@@ -318,9 +318,8 @@ class Loop:
         next: the same for continue and for the end of the body.
     """
 
-    def __init__(self) -> None:
-        self.left: list[Any] = []
-        self.next: list[Any] = []
+    left: list[Any]
+    next: list[Any]
 
 
 class Frame(Scope):
@@ -498,10 +497,11 @@ class Frame(Scope):
         preheader, header = b.block, out.block('loop')
         # in the header, variables that the loop sets have the values that it carries
         outer, self.variables = self.variables, dict(self.variables)
-        head, back_edges = Header(out, preheader, header), dict[str, BackEdge]()
+        back_edges: dict[str, BackEdge] = {}
         for name in assigned_in(s):
             if name in outer:
-                self.variables[name], back_edges[name] = head.carried(outer[name], name)
+                carrying = carried(out, outer[name], name, preheader, header)
+                self.variables[name], back_edges[name] = carrying
         b.position_at_end(header)
         if count is not None:
             i = b.phi(WORD)
@@ -513,7 +513,7 @@ class Frame(Scope):
         else:
             test = b.icmp_signed('<' if count[2] > 0 else '>', i, count[1])
         b.cbranch(test, body, leave)
-        in_header, loop = self.variables, Loop()
+        in_header, loop = self.variables, Loop([], [])
         b.position_at_end(body)
         self.variables = dict(in_header)
         self.loops.append(loop)
@@ -580,7 +580,7 @@ class Instance:
         if out.rooms:
             if None in rooms:
                 raise KernelError('an array is returned that may be one of several')
-            free = free_function(out.module)
+            free = out.function('free', ir.VoidType(), [BYTE.as_pointer()])
             for room in out.rooms:
                 if all(room is not owner for owner in rooms):
                     b.call(free, [room])
@@ -601,14 +601,6 @@ class Instance:
         """Emit a call and return its result."""
         result, count = out.b.call(self.f, values), len(leaves(self.result))
         return rebuilt(self.result, iter([out.b.extract_value(result, i) for i in range(count)]))
-
-
-def free_function(module: ir.Module) -> ir.Function:
-    """Return the C library's `free`."""
-    function = module.globals.get('free')
-    return function or ir.Function(
-        module, ir.FunctionType(ir.VoidType(), [BYTE.as_pointer()]), 'free'
-    )
 
 
 def _rooms_of(x: Any) -> list[Any]:
@@ -641,12 +633,6 @@ class Program:
             out.b.store(_as_word(out, value), place)
         out.b.ret(ir.Constant(INDEX, 0))
         self.result = _layout(result)
-
-    def inlined(
-        self, out: Emission, function: FunctionType, args: list[Any], keywords: dict[str, Any]
-    ) -> Any:
-        """Translate a kernel at its call."""
-        return Frame(self, out, function).result(args, keywords)
 
     def call(
         self, out: Emission, function: FunctionType, args: list[Any], keywords: dict[str, Any]

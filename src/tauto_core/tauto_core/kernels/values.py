@@ -47,6 +47,12 @@ class NumberKind:
 
 FLOAT, INT, UINT = NumberKind('float', DOUBLE), NumberKind('int', WORD), NumberKind('uint64', WORD)
 BOOL = NumberKind('bool', BIT, BYTE)
+_CONSTANTS: tuple[tuple[Any, NumberKind, Any], ...] = (
+    ((bool, np.bool_), BOOL, int),
+    (np.uint64, UINT, int),
+    ((int, np.integer), INT, int),
+    ((float, np.floating), FLOAT, float),
+)
 ELEMENTS = {'f8': FLOAT, 'i8': INT, 'u8': UINT, 'b1': BOOL}
 
 
@@ -164,14 +170,9 @@ def is_number(x: Any) -> bool:
 
 def at_run_time(x: Any) -> Any:
     """Return a value with its numbers turned into run-time values. The rest stays static."""
-    if isinstance(x, (bool, np.bool_)):
-        return Value(BOOL, ir.Constant(BIT, int(x)))
-    if isinstance(x, np.uint64):
-        return Value(UINT, ir.Constant(WORD, int(x)))
-    if isinstance(x, (int, np.integer)):
-        return Value(INT, ir.Constant(WORD, int(x)))
-    if isinstance(x, (float, np.floating)):
-        return Value(FLOAT, ir.Constant(DOUBLE, float(x)))
+    for classes, kind, python_type in _CONSTANTS:
+        if isinstance(x, classes):
+            return Value(kind, ir.Constant(kind.type, python_type(x)))
     if isinstance(x, Group):
         return Group([at_run_time(item) for item in x.items], x.instance_class)
     if isinstance(x, tuple):
@@ -255,15 +256,17 @@ class Emission:
         yield
         self.depth -= 1
 
+    def function(self, name: str, result: ir.Type, args: Sequence[ir.Type]) -> ir.Function:
+        """Return an LLVM intrinsic or a C library function, declared once."""
+        known = self.module.globals.get(name)
+        return known or ir.Function(self.module, ir.FunctionType(result, args), name)
+
     def external(self, name: str, result: ir.Type, args: Sequence[ir.Value]) -> ir.Value:
         """Call an LLVM intrinsic or a C library function without side effects."""
-        function = self.module.globals.get(name)
-        if function is None:
-            kind = ir.FunctionType(result, [arg.type for arg in args])
-            function = ir.Function(self.module, kind, name)
-            if not name.startswith('llvm.'):
-                function.attributes.add('nounwind')
-                function.attributes.add('readnone')
+        function = self.function(name, result, [arg.type for arg in args])
+        if not name.startswith('llvm.'):
+            function.attributes.add('nounwind')
+            function.attributes.add('readnone')
         return self.b.call(function, args)
 
     # numbers

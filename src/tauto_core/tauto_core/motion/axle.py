@@ -85,20 +85,6 @@ class AxleLaw(NamedTuple):
     rolls: bool
 
 
-class AxleInstant(NamedTuple):
-    """The fields of `AxleState` and `SupportMotion`."""
-
-    arc: float
-    tilt: float
-    arc_rate: float
-    tilt_rate: float
-    turn: float
-    turn_rate: float
-    turn_bend: float
-    down: float
-    lateral: float
-
-
 class AxleForces(NamedTuple):
     """Accelerations of the body and forces on it, floats or arrays of one shape.
 
@@ -116,8 +102,10 @@ class AxleForces(NamedTuple):
 
 
 @compiled
-def pushed(law: AxleLaw, at: AxleInstant) -> AxleForces:
+def pushed(law: AxleLaw, at: Any, support: Any) -> AxleForces:
     """Return contact force and accelerations at any angles (§8–10; C in axle.md, moving support).
+
+    `at` is an `AxleState` and `support` a `SupportMotion`, of floats.
 
     With δ = φ − θ, D = b − c cos δ, and A, A⊥ the acceleration of the support's point at C, along
     the normal and across it,
@@ -129,23 +117,23 @@ def pushed(law: AxleLaw, at: AxleInstant) -> AxleForces:
     F = 0 without friction and F = fN if the axle slides. If it rolls, s̈ = −b(φ̈ − ρ̈) gives F.
     """
     sigma = law.curvature * at.arc
-    theta, half_angle = at.turn + sigma, 0.5 * sigma
+    theta, half_angle = support.turn + sigma, 0.5 * sigma
     # the axle's centre in fixed axes, from its place at s = 0. The chord of the arc serves a plane
     # (curvature 0) too
     chord = at.arc * (math.sin(half_angle) / half_angle if half_angle != 0.0 else 1.0)
     x, y = -chord * math.sin(half_angle), chord * math.cos(half_angle)
-    sine_rho, cosine_rho = math.sin(at.turn), math.cos(at.turn)
+    sine_rho, cosine_rho = math.sin(support.turn), math.cos(support.turn)
     down, lateral = x * cosine_rho - y * sine_rho, x * sine_rho + y * cosine_rho
-    square = at.turn_rate * at.turn_rate
+    square = support.turn_rate * support.turn_rate
     # the acceleration of that point of the turning support
-    a = at.down - at.turn_bend * lateral - square * down
-    b = at.lateral + at.turn_bend * down - square * lateral
+    a = support.down - support.turn_acceleration * lateral - square * down
+    b = support.lateral + support.turn_acceleration * down - square * lateral
     sine_theta, cosine_theta = math.sin(theta), math.cos(theta)
     c, k = law.depth, law.gyration_radius
     sine, cosine = math.sin(at.tilt - theta), math.cos(at.tilt - theta)
     swung = at.tilt_rate * at.tilt_rate
     pressing = law.gravity * cosine_theta - (a * cosine_theta + b * sine_theta)
-    pressing = pressing + 2.0 * at.turn_rate * at.arc_rate
+    pressing = pressing + 2.0 * support.turn_rate * at.arc_rate
     pressing = pressing + law.curvature * at.arc_rate * at.arc_rate + c * cosine * swung
     pull = law.gravity * sine_theta + b * cosine_theta - a * sine_theta
     lever = law.radius - c * cosine
@@ -153,9 +141,9 @@ def pushed(law: AxleLaw, at: AxleInstant) -> AxleForces:
         # no slip, s̈ = −b(φ̈ − ρ̈), and F eliminated from (axle.5)
         spun = c * sine * swung - pull
         inertia = k * k + (c * sine) * (c * sine) + lever * lever
-        turned = lever * (law.radius * at.turn_bend - spun) - c * sine * pressing
+        turned = lever * (law.radius * support.turn_acceleration - spun) - c * sine * pressing
         bend = turned / inertia
-        slip = -law.radius * (bend - at.turn_bend)
+        slip = -law.radius * (bend - support.turn_acceleration)
         return AxleForces(slip, bend, pressing + c * sine * bend, slip - spun + c * cosine * bend)
     # sliding: F = ±μN enters φ̈ and, through c φ̈ sin δ, the contact force
     across, rubbing = c * sine / k, law.friction * lever / k
@@ -163,10 +151,6 @@ def pushed(law: AxleLaw, at: AxleInstant) -> AxleForces:
     bend = contact * (rubbing - across) / k
     rubbed = law.friction * contact
     return AxleForces(c * (sine * swung - cosine * bend) - pull + rubbed, bend, contact, rubbed)
-
-
-def _instant(state: AxleState, support: SupportMotion) -> AxleInstant:
-    return AxleInstant(*(float(value) for value in (*state, *support)))
 
 
 def law_of(body: AxlePendulum, touch: AxleContact) -> AxleLaw:
@@ -184,7 +168,7 @@ def forces(
     """Return `pushed` for a state and a support that may be arrays."""
     law, numbers = law_of(body, touch), np.broadcast_arrays(*state, *support)
     instants = zip(*(values.ravel().tolist() for values in numbers), strict=True)
-    rows = np.array([pushed(law, AxleInstant(*instant)) for instant in instants])
+    rows = np.array([pushed(law, AxleState(*x[:4]), SupportMotion(*x[4:])) for x in instants])
     return AxleForces(*rows.T.reshape(-1, *numbers[0].shape))
 
 
@@ -239,11 +223,8 @@ def collocate_axle(
         for i in range(n):
             push = pushed(
                 law,
-                AxleInstant(
-                    rows[ARC, i],
-                    rows[TILT, i],
-                    rows[ARC_RATE, i],
-                    rows[TILT_RATE, i],
+                AxleState(rows[ARC, i], rows[TILT, i], rows[ARC_RATE, i], rows[TILT_RATE, i]),
+                SupportMotion(
                     support[TURN, i],
                     support[TURN_RATE, i],
                     support[TURN_BEND, i],
@@ -308,16 +289,6 @@ class AxleStep(NamedTuple):
     support: SupportMotion
     turn: FloatArray
 
-    @property
-    def bends(self) -> FloatArray:
-        """s̈ and φ̈ at the nodes, (2, stages)."""
-        return self.rows[:2]
-
-    @property
-    def states(self) -> FloatArray:
-        """s, φ, ṡ, φ̇ at the nodes, (4, stages)."""
-        return self.rows[2:6]
-
 
 Support: TypeAlias = Callable[[Any], SupportMotion]
 """The support's motion at times from the beginning of a span [s], a float or an array."""
@@ -371,7 +342,7 @@ class AxleMotion:
 
     def pushed(self, support: SupportMotion, *, rolls: bool = False) -> AxleForces:
         """Return accelerations and forces now, or as if the axle rolled."""
-        return pushed(self.law(rolls=rolls), _instant(self.now.state, support))
+        return pushed(self.law(rolls=rolls), self.now.state, support)
 
     def _step(self, at: float, size: float, support: Support, visit: Visit | None) -> float:
         """Take a step of at most `size` [s] and return its length."""
@@ -393,12 +364,12 @@ class AxleMotion:
             retry = self._collocate(at, size, support)
             step = step if retry is None else retry
         self._check(step)
-        begin = np.array(self.now.state)
-        rates = begin[2:] + size * (step.bends @ _GAUSS.weights)
-        places = begin[:2] + size * (step.states[2:] @ _GAUSS.weights)
+        begin, states = np.array(self.now.state), step.rows[ARC : TILT_RATE + 1]
+        rates = begin[2:] + size * (step.rows[:ARC] @ _GAUSS.weights)
+        places = begin[:2] + size * (states[2:] @ _GAUSS.weights)
         end = np.concatenate([places, rates])
         if visit is not None:
-            visit(step.times, np.column_stack([step.states, end]), step.support)
+            visit(step.times, np.column_stack([states, end]), step.support)
         now = self.now
         now.arc, now.tilt, now.arc_rate, now.tilt_rate = end.tolist()
         if shorter is not None:
@@ -455,13 +426,13 @@ class AxleMotion:
         def margin(share: float) -> float:
             """Return a margin that is positive while the contact stays as it is."""
             powers = (2.0 * share - 1.0) ** np.arange(_STAGES)
-            gained = share * size * ((step.bends @ _POWERS.T) @ powers)
-            shift = share * size * ((step.states[2:] @ _POWERS.T) @ powers)
+            gained = share * size * ((step.rows[:ARC] @ _POWERS.T) @ powers)
+            shift = share * size * ((step.rows[ARC_RATE : TILT_RATE + 1] @ _POWERS.T) @ powers)
             state = np.array(self.now.state) + np.concatenate([shift, gained])
             support_motion = support(at + size * share)
             if slips:
                 return slips * self._slip(state[2], state[3], support_motion)
-            push = pushed(law, _instant(AxleState(*state), support_motion))
+            push = pushed(law, AxleState(*state), support_motion)
             return float(mu * push.contact - abs(push.along))
 
         if slips:

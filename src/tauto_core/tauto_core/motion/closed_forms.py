@@ -84,11 +84,11 @@ def frequency(machine: Machine) -> Decimal:
         return (pull * rate / Decimal(machine.inertia)).sqrt()
 
 
-def half_turns_per_ns(omega: Decimal) -> tuple[float, float]:
-    """Return ω/π per nanosecond as the sum of two floats."""
+def half_turns_per_ns(angle: Decimal, per: Decimal) -> tuple[float, float]:
+    """Return angle/per, half turns per second, per nanosecond as the sum of two floats."""
     with localcontext() as context:
         context.prec = PHASE_DIGITS
-        return two_floats(omega / PI / 10**9)
+        return two_floats(angle / per / 10**9)
 
 
 class Harmonic(ClosedForm):
@@ -98,7 +98,7 @@ class Harmonic(ClosedForm):
 
     def __init__(self, machine: Machine) -> None:
         self._machine = machine
-        self._half_turns_per_ns = half_turns_per_ns(frequency(machine))
+        self._half_turns_per_ns = half_turns_per_ns(frequency(machine), PI)
 
     def motion_at(self, time_ns: IntArray) -> Motion:
         """Return the motion at times since the release [ns], (n,)."""
@@ -186,9 +186,7 @@ class ActionAngle(ClosedForm):
         self._times = np.concatenate([[0.0], np.cumsum([part.top for part in self._parts])])
         period = machine.period(self._amplitude)
         # whole swings are counted by the quadrature of the period, not by the sum of the series
-        with localcontext() as context:
-            context.prec = PHASE_DIGITS
-            self._per_ns = two_floats(2 / Decimal(period) / 10**9)
+        self._per_ns = half_turns_per_ns(Decimal(2), Decimal(period))
 
     def _curve(self, w: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return ϑ ≥ 0 and g at W in [0, π/2]."""
@@ -326,11 +324,8 @@ class UnevenWell(ClosedForm):
         self._time = rising(
             series_of(lambda w: machine.swing(self._amplitude, w)[1], 0.0, math.pi)
         )
-        with localcontext() as context:
-            context.prec = PHASE_DIGITS
-            # whole swings are counted by the quadrature of the period, not by the series
-            per_ns = 2 / Decimal(machine.period(self._amplitude)) / 10**9
-            self._per_ns = two_floats(per_ns)
+        # whole swings are counted by the quadrature of the period, not by the series
+        self._per_ns = half_turns_per_ns(Decimal(2), Decimal(machine.period(self._amplitude)))
 
     def motion_at(self, time_ns: IntArray) -> Motion:
         """Return the motion at times since the release [ns], (n,)."""

@@ -21,7 +21,8 @@ from tauto_core.machines.fluid_pendulum import (
     place,
     reverse_half_swing,
 )
-from tauto_core.motion.forcing import BELOW_ONE, PHASE_DIGITS, PI, Forcing, Motion
+from tauto_core.motion.closed_forms import ClosedForm
+from tauto_core.motion.forcing import BELOW_ONE, PHASE_DIGITS, PI, Motion
 from tauto_core.samples import FloatArray, IntArray, State
 from tauto_core.scene.errors import PropagationError
 
@@ -95,11 +96,9 @@ class Law(Protocol):
 
     def course(self, start: float) -> SwingEnd:
         """Return duration and end of the half swing from rest at a signed arc [m]."""
-        ...
 
     def place(self, start: FloatArray, time: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return signed arc [m] and its rate [m/s] at times [s] since rest at signed arcs."""
-        ...
 
     def with_friction(self, start: FloatArray, slope: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return the arcs of zero net force along the curve, and slopes with friction.
@@ -245,7 +244,7 @@ class _Now:
     """… and the fraction, 0 ≤ fraction < 1."""
 
 
-class HalfSwings:
+class HalfSwings(ClosedForm):
     """Propagator of a body in a fluid, released at rest away from A, on a platform at rest.
 
     Raises a PropagationError if the fluid resists too strongly for the series.
@@ -266,15 +265,6 @@ class HalfSwings:
         self._now = _Now(0, machine.release_arc, 0, 0.0)
         self._course = self._law.course(machine.release_arc)
 
-    def release(self, forcing: Forcing) -> Motion:
-        """Return the motion at the start."""
-        del forcing
-        return self._motion_at(np.zeros(1, np.int64))
-
-    def advance(self, forcing: Forcing) -> Motion:
-        """Return the motion at the logged ends of the spans."""
-        return self._motion_at(forcing.end_ns[forcing.logged])
-
     def state(self) -> State:
         """Return the present half swing."""
         return asdict(self._now)
@@ -284,7 +274,7 @@ class HalfSwings:
         self._now = _Now(**state)
         self._course = self._law.course(self._now.start)
 
-    def _motion_at(self, time_ns: IntArray) -> Motion:
+    def motion_at(self, time_ns: IntArray) -> Motion:
         """Return the motion at non-decreasing times [ns], (n,)."""
         count = np.empty(len(time_ns), np.int64)
         start, time = np.empty(len(time_ns)), np.empty(len(time_ns))

@@ -470,17 +470,26 @@ def _four_products(spans: DrivenSpans, k: int, out: FloatArray) -> None:
 def _sum_up(spans: DrivenSpans, state: Swing, path: Path) -> None:
     """Fill in Y by compensated summation (W. Kahan, Comm. ACM 8 (1965) 40)."""
     y, frame, decay = path.y, path.frame, spans.responses.decay
-    re, im, lost_re, lost_im = state.re, state.im, state.lost_re, state.lost_im
-    y[0, 0], y[1, 0] = re, im
+    now = state.re, state.im, state.lost_re, state.lost_im
+    y[0, 0], y[1, 0] = now[0], now[1]
     for k in range(len(spans.end_ns)):
         b_re, b_im = path.span[k, B_RE], path.span[k, B_IM]
-        add_re, add_im = into_frame(frame[0, k], frame[1, k], b_re, b_im)
-        add_re, add_im = add_re - lost_re, add_im - lost_im
-        new_re, new_im = re + add_re, im + add_im
-        lost_re, lost_im = (new_re - re) - add_re, (new_im - im) - add_im
-        re, im = decay[spans.shape[k]] * new_re, decay[spans.shape[k]] * new_im
-        y[0, k + 1], y[1, k + 1] = re, im
-    state.re, state.im, state.lost_re, state.lost_im = re, im, lost_re, lost_im
+        now = add_up(now, frame[0, k], frame[1, k], b_re, b_im)
+        by = decay[spans.shape[k]]
+        now = by * now[0], by * now[1], now[2], now[3]
+        y[0, k + 1], y[1, k + 1] = now[0], now[1]
+    state.re, state.im, state.lost_re, state.lost_im = now
+
+
+@inlined
+def add_up(
+    y: tuple[float, float, float, float], c: float, s: float, b_re: float, b_im: float
+) -> tuple[float, float, float, float]:
+    """Return Y, with the rounding error of its last sum, after a span that begins with c and s."""
+    add_re, add_im = into_frame(c, s, b_re, b_im)
+    add_re, add_im = add_re - y[2], add_im - y[3]
+    re, im = y[0] + add_re, y[1] + add_im
+    return re, im, (re - y[0]) - add_re, (im - y[1]) - add_im
 
 
 @compiled

@@ -93,22 +93,6 @@ _SHORTER = 0.94
 _MOST_TRIAL_STEPS = 4096
 
 
-class CaseAtStart(NamedTuple):
-    """The case at the start: direction β of the apparent vertical and tilt τ = β − α_c.
-
-    Attributes:
-        vertical: β [rad].
-        vertical_rate: β̇ [rad/s].
-        tilt: τ [rad].
-        tilt_rate: τ̇ [rad/s].
-    """
-
-    vertical: float
-    vertical_rate: float
-    tilt: float
-    tilt_rate: float
-
-
 def _on_wheel(machine: LeverMachine | HangingMachine, pace: float) -> OnWheel:
     drag, escapement, inertia = machine.drag or Drag(), machine.escapement, machine.inertia
     energy = 0.0 if escapement is None else 2.0 * escapement.energy
@@ -141,25 +125,22 @@ def _lever(machine: LeverMachine, settled: float, per_release: float) -> Model:
     return Model(system, (omega,))
 
 
-def _pair(numbers: FloatArray) -> tuple[float, float]:
-    return float(numbers[0]), float(numbers[1])
-
-
 def _hanging(machine: HangingMachine) -> Model:
     """Return the swinging thread in the planes of its modes."""
     slow, fast, slow_share, fast_share = machine.modes
     columns = np.array([[slow_share, fast_share], [machine.base_radius, machine.base_radius]])
     columns = columns / np.max(np.abs(columns), axis=0)
-    inverse = np.linalg.inv(columns)
+    wheel, thread = map(tuple, columns.tolist())
+    to_first, to_second = map(tuple, np.linalg.inv(columns).tolist())
     system = Hanging(
         machine.base_radius,
         machine.length,
         LEAST_FREE * machine.length,
         machine.mass * machine.base_radius / machine.inertia,
-        _pair(columns[0]),
-        _pair(columns[1]),
-        _pair(inverse[0]),
-        _pair(inverse[1]),
+        wheel,
+        thread,
+        to_first,
+        to_second,
         _on_wheel(machine, machine.frequency),
         machine.damping / machine.mass if machine.damping else None,
         spring=machine.stiffness / machine.mass if machine.stiffness else None,
@@ -222,8 +203,8 @@ class RealThreads(SlackThread):
         for channel in (forcing.neutral, forcing.tilt):
             series = np.polynomial.Polynomial([0.0] if channel is None else channel[0])
             parts += [float(series(x)), float(series.deriv()(x)) * per_s]
-        machine, case = self._machine, CaseAtStart(*parts)
-        sensed_angle = machine.sensed_angle(machine.release_angle, case.tilt)
+        machine = self._machine
+        sensed_angle = machine.sensed_angle(machine.release_angle, parts[2])
         if not abs(sensed_angle) <= machine.range_rad:
             raise PropagationError(
                 f'the release angle {machine.release_angle:.6g} rad and the motion at the start '
@@ -231,7 +212,7 @@ class RealThreads(SlackThread):
                 f'±{machine.range_rad:.6g} rad. Release at a smaller angle',
                 0.0,
             )
-        self._place(case)
+        self._place(*parts)
         row, tension = self._released(forcing)
         if self._machine.stops_when_slack and not tension > 0.0:
             raise thread_slack(0.0)
@@ -273,19 +254,19 @@ class RealThreads(SlackThread):
 
         return pieces._replace(hot=hot_pieces(forcing, heat, numbers))
 
-    def _place(self, case: CaseAtStart) -> None:
-        """Put the wheel at rest in the case at the release angle.
+    def _place(self, vertical: float, vertical_rate: float, tilt: float, tilt_rate: float) -> None:
+        """Put the wheel at rest in the case at the release angle, given β, β̇, τ and τ̇.
 
         The lever then has ṡ = 0, hence p = Aα̇ (`lever`).
         """
         machine, (system, omega) = self._machine, self._model
-        case_rate, planes = case.vertical_rate - case.tilt_rate, self._state['planes']
+        case_rate, planes = vertical_rate - tilt_rate, self._state['planes']
         planes[:] = 0.0, 0.0, 0.0, 0.0
         if isinstance(system, Hanging):
-            angles = machine.release_angle + case.vertical - case.tilt, case.vertical
+            angles = machine.release_angle + vertical - tilt, vertical
             for p, row in enumerate((system.to_first, system.to_second)):
                 planes['x'][p] = row[0] * angles[0] + row[1] * angles[1]
-                rate = row[0] * case_rate + row[1] * case.vertical_rate
+                rate = row[0] * case_rate + row[1] * vertical_rate
                 planes['y'][p] = rate / omega[p]
         elif isinstance(machine, LeverMachine):
             angle = machine.release_angle
@@ -316,7 +297,7 @@ class RealThreads(SlackThread):
                 logged=np.zeros(count, np.bool_),
             )
             self._state = np.zeros_like(self._state)
-            self._place(CaseAtStart(0.0, 0.0, 0.0, 0.0))
+            self._place(0.0, 0.0, 0.0, 0.0)
             super()._run(trial, free, tolerance, step_s)
             if self._state['level'] == 0 and self._state['newton'] == 0:
                 break
@@ -420,8 +401,24 @@ class FreeEndThreads(FreeEnds, RealThreads):
 # θ̇⁺ = (θ̇⁻ + j b β̇)/(1 + j b²).
 
 
-class LooseOnWheel(WithThread, LooseSystem):
+class _TautNumbers(NamedTuple):
+    """The system with a taut thread."""
+
+    taut: Any
+
+
+class LooseOnWheel(_TautNumbers, WithThread, LooseSystem):
     """Base of systems with a slack thread, which leaves the wheel free."""
+
+    @property
+    def on_wheel(self) -> OnWheel:
+        """The terms on the wheel other than the thread."""
+        on_wheel: OnWheel = self.taut.on_wheel
+        return on_wheel
+
+    def at_nodes(self, place: StepPlace, work: Work) -> None:
+        """Fill the rows of the taut system."""
+        self.taut.at_nodes(place, work)
 
     def strike(
         self, mode: Mode, omega: Omega, at: Inputs, now: Instant, state: RunningState
@@ -455,12 +452,6 @@ def _on_wheel_at_nodes(on_wheel: OnWheel, work: Work) -> OnWheel:
 # vertical and above the point at which it hangs at rest.
 
 
-class _LooseThreadNumbers(NamedTuple):
-    """The swinging thread with a taut thread."""
-
-    thread: Hanging
-
-
 class LooseThreadPose(NamedTuple):
     """A slack thread as it leaves the cam for the weight.
 
@@ -475,17 +466,8 @@ class LooseThreadPose(NamedTuple):
     free: float
 
 
-class LooseThread(_LooseThreadNumbers, LooseOnWheel):
+class LooseThread(LooseOnWheel):
     """A free wheel and a freely falling weight."""
-
-    @property
-    def on_wheel(self) -> OnWheel:
-        """The terms on the wheel other than the thread."""
-        return self.thread.on_wheel
-
-    def at_nodes(self, place: StepPlace, work: Work) -> None:
-        """Fill β, g_eff and α̇."""
-        self.thread.at_nodes(place, work)
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill the disturbances of the three planes."""
@@ -495,7 +477,7 @@ class LooseThread(_LooseThreadNumbers, LooseOnWheel):
         against = _against(_on_wheel_at_nodes(self.on_wheel, work), mode, rate, w)
         store(work.d2, 0, omega[0] * row_of(work.x, 0) - against * (1.0 / omega[0]))
         sine, versine = sine_versine(whole_turns_off(row_of(nodes.vertical)))
-        scale = 1.0 / (self.thread.length * omega[1])
+        scale = 1.0 / (self.taut.length * omega[1])
         fall, aside = scale * row_of(nodes.gravity), scale * row_of(nodes.transverse)
         cosine = 1.0 - versine
         store(work.d2, 1, omega[1] * row_of(work.x, 1) + (fall * sine + aside * cosine))
@@ -505,21 +487,21 @@ class LooseThread(_LooseThreadNumbers, LooseOnWheel):
         """Return whether the thread tautens in the step, or the weight reaches the wheel."""
         gap = margin = filled(row_of(work.x), 0.0)
         for i in range(width(work.fractions)):
-            radius = self.thread.radius
+            radius = self.taut.radius
             if self.on_wheel.heat is not None:
                 radius = lane(row_of(work.nodes.carried), i)
             psi = lane(row_of(work.x, 0), i)
             x, y = lane(row_of(work.x, 1), i), lane(row_of(work.x, 2), i)
-            hangs = _hangs_at(self.thread, radius, psi, x, y)
-            gap = with_lane(gap, i, _gap(self.thread, hangs))
-            margin = with_lane(margin, i, _margin(self.thread, hangs))
+            hangs = _hangs_at(self.taut, radius, psi, x, y)
+            gap = with_lane(gap, i, _gap(self.taut, hangs))
+            margin = with_lane(margin, i, _margin(self.taut, hangs))
         edge, slack = first_below(margin, work), first_below(gap, work)
         return Exits(edge, slack, False, largest(row_of(work.x, 0)), near_zero(gap))
 
     def coordinate(self, planes: tuple[Plane, ...]) -> float:
         """Return u."""
         psi, x, y = planes[0].x, planes[1].x, planes[2].x
-        return psi - _hangs_at(self.thread, self.thread.radius, psi, x, y).delta
+        return psi - _hangs_at(self.taut, self.taut.radius, psi, x, y).delta
 
     def wheel_angle(self, planes: tuple[Plane, ...], at: Inputs) -> float:
         """Return θ = ψ − α."""
@@ -527,7 +509,7 @@ class LooseThread(_LooseThreadNumbers, LooseOnWheel):
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Inputs) -> Instant:
         """Return wheel and weight at an instant."""
-        line, tilt, thread = at.drive, at.tilt, thread_now(self.thread, at)
+        line, tilt, thread = at.drive, at.tilt, thread_now(self.taut, at)
         psi, psi_rate, length = planes[0].x, omega[0] * planes[0].y, thread.length
         rate = psi_rate - (line.rate - tilt.rate)
         psi_bend = -_against(thread.on_wheel, mode, rate, psi_rate)
@@ -650,12 +632,6 @@ def _margin(thread: Hanging, hangs: LooseThreadPose) -> float:
 # the angle of the series, which is mirrored if the fulcrum is to port.
 
 
-class _LooseLeverNumbers(NamedTuple):
-    """The lever with a taut thread."""
-
-    lever: SullyLever
-
-
 class TautLever(NamedTuple):
     """The taut lever at an angle of the wheel: s, n, w, χ′, and β of the series."""
 
@@ -666,23 +642,14 @@ class TautLever(NamedTuple):
     beta: float
 
 
-class LooseLever(_LooseLeverNumbers, LooseOnWheel):
+class LooseLever(LooseOnWheel):
     """A free wheel and a falling lever."""
-
-    @property
-    def on_wheel(self) -> OnWheel:
-        """The terms on the wheel other than the thread."""
-        return self.lever.on_wheel
-
-    def at_nodes(self, place: StepPlace, work: Work) -> None:
-        """Fill α̇, α̈ and the apparent gravity along and across the case."""
-        self.lever.at_nodes(place, work)
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill the disturbances of both planes."""
         nodes: LeverNodes = work.nodes
-        root_j, alpha_rate = self.lever.root_j, row_of(nodes.alpha_rate)
-        w, kappa = omega[0] * row_of(work.y, 0), self.lever.kappa + 0.0 * alpha_rate
+        root_j, alpha_rate = self.taut.root_j, row_of(nodes.alpha_rate)
+        w, kappa = omega[0] * row_of(work.y, 0), self.taut.kappa + 0.0 * alpha_rate
         if self.on_wheel.heat is not None:
             kappa = row_of(work.nodes.weight)
         against = _against(_on_wheel_at_nodes(self.on_wheel, work), mode, w - alpha_rate, w)
@@ -698,10 +665,10 @@ class LooseLever(_LooseLeverNumbers, LooseOnWheel):
         """Return whether the thread tautens in the step, or the geometry ends."""
         gap = margin = filled(row_of(work.x), 0.0)
         for i in range(width(work.fractions)):
-            pose = _pose_at(self.lever, lane(row_of(work.x, 0), i))
+            pose = _pose_at(self.taut, lane(row_of(work.x, 0), i))
             height = lane(row_of(work.x, 1), i)
-            gap = with_lane(gap, i, _above(self.lever, pose, height))
-            margin = with_lane(margin, i, _within(self.lever, pose, height))
+            gap = with_lane(gap, i, _above(self.taut, pose, height))
+            margin = with_lane(margin, i, _within(self.taut, pose, height))
         edge, slack = first_below(margin, work), first_below(gap, work)
         return Exits(edge, slack, False, largest(row_of(work.x, 0)), near_zero(gap))
 
@@ -711,7 +678,7 @@ class LooseLever(_LooseLeverNumbers, LooseOnWheel):
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Inputs) -> Instant:
         """Return wheel and lever at an instant."""
-        tilt, lever, theta = at.tilt, lever_now(self.lever, at), planes[0].x
+        tilt, lever, theta = at.tilt, lever_now(self.taut, at), planes[0].x
         alpha_rate, alpha_bend = at.drive.rate - tilt.rate, at.drive.bend - tilt.bend
         psi_rate, height = omega[0] * planes[0].y, planes[1].x
         rate, pose = psi_rate - alpha_rate, _pose_at(lever, theta)

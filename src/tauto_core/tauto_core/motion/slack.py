@@ -289,7 +289,7 @@ class SlackThread(Stepped):
             loose = self._loose_model(model) if self._is_slack else None
             if loose is not None:
                 # it tautens with the code SLACK
-                free, work = self._records(loose)
+                free, work = self._records(len(loose.omega))
                 longest_s = min(_LONGEST_PHASE_RAD / loose.omega[0], self.longest_step_s)
                 rows, code, k, x = Stepped._run(
                     self, tail, loose, self._slack_tolerance, longest_s, free, work
@@ -313,7 +313,7 @@ class SlackThread(Stepped):
                 # at the end of the span its row, if logged, is still missing
                 row = np.empty(int(tail.logged[0]), ROW)
                 if len(row):
-                    free, work = self._records(loose)
+                    free, work = self._records(len(loose.omega))
                     now, state = (loose, free) if self._is_slack else (model, self._state)
                     write_one(*now, self._outside(tail), x, state, work, row.reshape(()))
                 parts.append(row)
@@ -323,7 +323,7 @@ class SlackThread(Stepped):
 
     def _change(self, forcing: Forcing, taut: Model, loose: Model, time_s: float) -> None:
         """Let the thread go slack or tauten at the beginning of the forcing."""
-        free, work = self._records(loose)
+        free, work = self._records(len(loose.omega))
         pieces, x = self._outside(forcing), float(forcing.begin[0])
         source, target = (free, self._state) if self._is_slack else (self._state, free)
         for name in COUNTED:
@@ -344,10 +344,9 @@ class SlackThread(Stepped):
             self._slack_since_s = time_s
         self._is_slack = not self._is_slack
 
-    def _records(self, loose: Model) -> tuple[NDArray[np.void], NDArray[np.void]]:
+    def _records(self, planes: int) -> tuple[NDArray[np.void], NDArray[np.void]]:
         """Return the running state of the slack motion and its workspace, made once."""
         if self._slack_state is None or self._slack_work is None:
-            planes = len(loose.omega)
             self._slack_state = np.zeros((), state_type(planes))
             self._slack_work = make_work(planes, self._slack_nodes, SIZE, self._slack_columns)
         return self._slack_state, self._slack_work
@@ -368,8 +367,4 @@ class SlackThread(Stepped):
         self._is_slack, self._slack_since_s = slack['is_slack'], slack['since_s']
         self._tautened, self._slack_state = [], None
         if slack['free'] is not None:
-            self._slack_state = np.zeros((), state_type(len(slack['free']['planes'])))
-            self._slack_work = make_work(
-                len(slack['free']['planes']), self._slack_nodes, SIZE, self._slack_columns
-            )
-            restore_record(self._slack_state, slack['free'])
+            restore_record(self._records(len(slack['free']['planes']))[0], slack['free'])

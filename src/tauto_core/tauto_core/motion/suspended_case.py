@@ -39,8 +39,8 @@ from tauto_core.motion.linear import (
     SpanShape,
     Swing,
     U,
+    add_up,
     cosine_sine,
-    into_frame,
     oscillator,
     responses,
     turns_at,
@@ -111,9 +111,10 @@ class BearingMotion:
     @cached_property
     def end_ns(self) -> IntArray:
         """End of each part, from the start of the run [ns], (Σ parts,)."""
-        ends = np.empty(int(self.parts.sum()), np.int64)
-        _end_parts(self.begin_ns, self.length_ns, self.parts, ends)
-        return ends
+        piece, parts = self.piece, self.parts
+        number = np.arange(1, len(piece) + 1) - (np.cumsum(parts) - parts)[piece]
+        ends: IntArray = ends_of_parts(self.length_ns[piece], parts[piece], number)
+        return self.begin_ns[piece] + ends
 
     @cached_property
     def end(self) -> FloatArray:
@@ -127,16 +128,6 @@ class BearingMotion:
         rows = np.empty((2, len(self.end)))
         _at_ends(self.end, self.piece, self.sway, self.lift, rows)
         return rows
-
-
-@entry
-def _end_parts(begin_ns: IntArray, length_ns: IntArray, parts: IntArray, end_ns: IntArray) -> None:
-    """Fill in the end times of all parts."""
-    k = 0
-    for p in range(len(parts)):
-        for i in range(parts[p]):
-            end_ns[k] = begin_ns[p] + ends_of_parts(length_ns[p], parts[p], i + 1)
-            k += 1
 
 
 @entry
@@ -197,23 +188,19 @@ class CaseSwing(Protocol):
             roll: ρ [rad], used if the bearing rubs.
             roll_rate: ρ̇ [rad/s], likewise.
         """
-        ...
 
     def bend_at_rest(self, roll_rate: float) -> float:
-        """Return φ̈ of a case at rest in a ship that rolls at ρ̇ [rad/s2]."""
-        ...
+        """Return φ̈ of a case at rest along the apparent vertical, at ρ̇ of the ship [rad/s2]."""
+        return 0.0
 
     def advance(self, bearing: BearingMotion) -> CaseMotion:
         """Return the motion at the ends of the parts. The pieces continue the last call's."""
-        ...
 
     def state(self) -> State:
         """Return everything that later output depends on."""
-        ...
 
     def restore(self, state: State) -> None:
         """Continue from a saved state."""
-        ...
 
 
 # -----------------------------------------------------------------------------
@@ -229,7 +216,6 @@ class CaseSwing(Protocol):
 # θ = c (q + q′) and φ = Bq + B′q′ (`axle_pendulum`). X and Y are q and q̇/ω of each mode. The
 # disturbances of the planes are then of third order in the amplitude, or come from the bearing.
 
-PLANES = 2
 CASE_NODES = 'sway', 'lift', 'contact', 'theta', 'delta'
 """Rows of the nodes: ÿ, g + z̈, N/M, θ and δ."""
 
@@ -373,7 +359,7 @@ LONG = 1.0
 """Phase of the fast mode in a step [rad] above which sixteen stages cost less than eight."""
 
 
-class SteppedSwing:
+class SteppedSwing(CaseSwing):
     """Propagator of a case that takes one or more steps per part.
 
     The tolerance is relative to the state, and at least TOLERANCE.
@@ -448,11 +434,6 @@ class SteppedSwing:
             )
         return rows
 
-    def bend_at_rest(self, roll_rate: float) -> float:
-        """Return 0: a case at rest along the apparent vertical is in equilibrium."""
-        del roll_rate
-        return 0.0
-
     def state(self) -> State:
         """Return the driver's running state, with X and Y of all planes."""
         return state_of(self._state)
@@ -496,7 +477,7 @@ class AxleSwing(SteppedSwing):
         """Start at rest along the apparent vertical and return its direction [rad]."""
         del roll, roll_rate  # without friction they do not matter
         tilt = math.atan2(-sway, lift)
-        self._state = np.zeros((), state_type(PLANES))
+        self._state = np.zeros((), state_type(2))
         self._state['planes']['x'] = self._mode_shapes.coordinates_at(tilt, self._depth)
         return tilt
 
@@ -616,18 +597,7 @@ def _move_modes(
     second.re, second.im, second.lost_re, second.lost_im = z
 
 
-@inlined
-def add_up(
-    y: tuple[float, float, float, float], c: float, s: float, b_re: float, b_im: float
-) -> tuple[float, float, float, float]:
-    """Return Y, with the rounding error of its last sum, after a part that begins with c and s."""
-    add_re, add_im = into_frame(c, s, b_re, b_im)
-    add_re, add_im = add_re - y[2], add_im - y[3]
-    re, im = y[0] + add_re, y[1] + add_im
-    return re, im, (re - y[0]) - add_re, (im - y[1]) - add_im
-
-
-class AxleModes(Stateful):
+class AxleModes(Stateful, CaseSwing):
     """The case as a sum of two modes, with e, c, k [m] and g [m/s2] as in `AxleSwing`."""
 
     state_names = ('swings',)
@@ -684,11 +654,6 @@ class AxleModes(Stateful):
         _move_modes(self._c, self._mode_shapes, slow, fast, *pieces, table, *self._swings, motion)
         return motion
 
-    def bend_at_rest(self, roll_rate: float) -> float:
-        """Return 0: a case at rest along the apparent vertical is in equilibrium."""
-        del roll_rate
-        return 0.0
-
 
 # -----------------------------------------------------------------------------
 # The case in gimbals: a pendulum on pivots that are fixed in the ship and rub on it.
@@ -742,16 +707,11 @@ class _GimbalsNumbers(NamedTuple):
     """Torques on the case, and ω_c of small oscillations [rad/s]."""
 
     law: GimbalsLaw
-    omega: float
+    pace: float
 
 
 class GimbalsCase(_GimbalsNumbers, System):
     """The case as `system.System`, in one plane: X = φ, ω_cY = φ̇."""
-
-    @property
-    def pace(self) -> float:
-        """Frequency of small oscillations [rad/s]."""
-        return self.omega
 
     @property
     def drag_has_kink(self) -> bool:
