@@ -58,6 +58,7 @@ class Coefficient(NamedTuple):
     sigma: float
 
 
+@cache
 def pairs(size: int) -> list[tuple[int, int]]:
     """Return the indices of a covariance's upper triangle, row by row."""
     return list(combinations_with_replacement(range(size), 2))
@@ -119,7 +120,7 @@ def correction(size: int) -> Callable[..., tuple[float, ...]]:
 
         def less(i: int, j: int) -> Any:
             if i == 0:
-                return g * first_row[j]
+                return g * first_row[j] if j else g * g * p[0][0]
             return (p[i][j] - gain[i] * p[0][j]) - gain[j] * first_row[i]
 
         return (
@@ -361,55 +362,9 @@ def noise_of(model: ClockModel) -> tuple[float, float, float]:
     return model.white_fm_s, model.random_walk_fm_per_s, model.random_run_per_s3
 
 
-def ahead_three(
-    now: tuple[Real, ...], t: Real, q1: float, q2: float, q3: float
-) -> tuple[Real, ...]:
-    """Return x, y, d, xx, xy, xd, yy, yd, dd after a time t [s] (see the module)."""
-    x, y, d, xx, xy, xd, yy, yd, dd = now
-    h = 0.5 * t * t
-    fxx = xx + t * xy + h * xd
-    fxy = xy + t * yy + h * yd
-    fxd = xd + t * yd + h * dd
-    fyy = yy + t * yd
-    fyd = yd + t * dd
-    return (
-        x + t * y + h * d,
-        y + t * d,
-        d,
-        fxx + t * fxy + h * fxd + t * (q1 + t * t * (q2 / 3.0 + t * t * (q3 / 20.0))),
-        fxy + t * fxd + h * (q2 + h * (q3 / 2.0)),
-        fxd + h * t * (q3 / 3.0),
-        fyy + t * fyd + t * (q2 + t * t * (q3 / 3.0)),
-        fyd + h * q3,
-        dd + t * q3,
-    )
-
-
-def corrected_three(
-    now: tuple[float, ...], innovation: float, s: float, r: float
-) -> tuple[float, ...]:
-    """Return the nine numbers after an observation of variance r; s = xx + r."""
-    x, y, d, xx, xy, xd, yy, yd, dd = now
-    kx, ky, kd = xx / s, xy / s, xd / s
-    # 1 - xx/s would lose digits for a precise observation
-    g = r / s
-    ay, ad = g * xy, g * xd
-    return (
-        x + kx * innovation,
-        y + ky * innovation,
-        d + kd * innovation,
-        g * g * xx + kx * kx * r,
-        g * ay + kx * ky * r,
-        g * ad + kx * kd * r,
-        (yy - ky * xy) - ky * ay + ky * ky * r,
-        (yd - ky * xd) - kd * ay + ky * kd * r,
-        (dd - kd * xd) - kd * ad + kd * kd * r,
-    )
-
-
 @dataclass(frozen=True)
 class Arithmetic:
-    """The filter's arithmetic on the numbers of a model: nine or more.
+    """The filter's arithmetic on the numbers of a model, five or more.
 
     Args:
         fields: indices of these numbers in an `Estimate`.
@@ -433,17 +388,13 @@ class Arithmetic:
         return rest._replace(**dict(zip(names, part, strict=True)))
 
 
-_OF_THE_CLOCK = Arithmetic(tuple(range(9)), 3, ahead_three, corrected_three)
-
-
 def arithmetic_of(model: ClockModel) -> Arithmetic:
-    """Return the arithmetic of a model. Without ageing its terms remain zero."""
-    return _with(model.names, model.states) if model.coefficients else _OF_THE_CLOCK
+    """Return the arithmetic of a model."""
+    return _arithmetic(model.names, model.states)
 
 
 @cache
-def _with(coefficients: tuple[str, ...], states: int) -> Arithmetic:
-    """Return the arithmetic of a clock with coefficients."""
+def _arithmetic(coefficients: tuple[str, ...], states: int) -> Arithmetic:
     names = (*('x', 'y', 'd')[:states], *coefficients)
     size, estimate_fields = len(names), estimate_of(coefficients)._fields
     fields = tuple(estimate_fields.index(field) for field in (*names, *covariances(names)))
