@@ -287,7 +287,7 @@ def of_motion(propagator):
 
 
 def of_navigation():
-    model = ClockModel(0.5, 1e-4, states=3, random_run_per_s3=1e-25)
+    model = ClockModel(0.5, 1e-4, states=3)
     stamps = np.arange(0, 9 * 86_400, 3600) * 10**9
     shown = stamps + (1e9 * np.cos(stamps)).astype(np.int64)
 

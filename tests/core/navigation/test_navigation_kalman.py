@@ -52,7 +52,7 @@ def whole_ns(times):
 def van_loan(tau, model):
     """Transition and process noise from one matrix exponential (Van Loan 1978)."""
     a = np.diag([1.0, 1.0], 1)
-    w = np.diag([model.white_fm_s, model.random_walk_fm_per_s, model.random_run_per_s3])
+    w = np.diag([model.white_fm_s, model.random_walk_fm_per_s, 0.0])
     big = np.zeros((6, 6))
     big[:3, :3], big[:3, 3:], big[3:, 3:] = -a, w, a.T
     blocks = expm(big * tau)
@@ -76,7 +76,7 @@ def dense_filter(start, elapsed, phases, model):
 @pytest.mark.parametrize('states', [2, 3])
 def test_filter_is_the_textbook_filter(states):
     # In units of order one, so that rounding of the short covariance form stays near 1e-13
-    model = ClockModel(0.5, 0.3, states, 0.01, 0.02, 0.003 if states == 3 else 0.0)
+    model = ClockModel(0.5, 0.3, states, 0.01, 0.02)
     rng = np.random.default_rng(1)
     times, phases = whole_ns(np.cumsum(rng.uniform(0.2, 3.0, 40))), rng.normal(size=40)
     # AGEING_TIME_S is long against these times: give the prior an ageing that matters
@@ -122,10 +122,9 @@ def test_prediction_of_arrays_is_that_of_floats_bit_for_bit(elapsed, states):
         ((1.0, 1.0, 4), 'states'),
         ((1.0, 1.0, 2, -1e-9), 'white_fm_s'),
         ((1.0, 1.0, 3, 0.0, float('inf')), 'random_walk_fm_per_s'),
-        ((1.0, 1.0, 2, 0.0, 0.0, 1.0), 'random_run_per_s3'),
-        ((1.0, 1.0, 2, 0.0, 0.0, 0.0, -5.0), 'gate'),
-        ((1.0, 1.0, 2, 0.0, 0.0, 0.0, float('nan')), 'gate'),
-        ((1.0, 1.0, 2, 0.0, 0.0, 0.0, 5.0, 0.0), 'patience_s'),
+        ((1.0, 1.0, 2, 0.0, 0.0, -5.0), 'gate'),
+        ((1.0, 1.0, 2, 0.0, 0.0, float('nan')), 'gate'),
+        ((1.0, 1.0, 2, 0.0, 0.0, 5.0, 0.0), 'patience_s'),
     ],
 )
 def test_impossible_models_are_refused_by_name(arguments, name):
@@ -141,8 +140,7 @@ DAY_NS = 86_400_000_000_000
 
 
 def model_of(states=2, gate=5.0, patience_days=3.0):
-    ageing = 1e-29 if states == 3 else 0.0
-    return ClockModel(0.5, 10.0 / DAY_S, states, 1e-7, 1e-17, ageing, gate, patience_days * DAY_S)
+    return ClockModel(0.5, 10.0 / DAY_S, states, 1e-7, 1e-17, gate, patience_days * DAY_S)
 
 
 def days(count):
@@ -192,7 +190,7 @@ def test_a_blunder_among_the_first_observations_is_not_believed_for_long(
     place, believed, blunder_s
 ):
     """With the default prior: from the second observation after it on, sigmas are true again."""
-    model = ClockModel(0.5, 1000.0 / DAY_S, 2, 1e-9, 1e-19, 0.0, 5.0, 3.0 * DAY_S)
+    model = ClockModel(0.5, 1000.0 / DAY_S, 2, 1e-9, 1e-19, 5.0, 3.0 * DAY_S)
     for seed in range(10):
         phases = -48.0 * np.arange(1, 9) + np.random.default_rng(seed).normal(0.0, 0.5, 8)
         phases[place - 1] += blunder_s

@@ -189,7 +189,9 @@ def reason(scene: Scene, machine: AnyMachine | InPlaceOfWheel, propagator: str) 
             'period, in closed form'
         )
     if propagator == 'forced_harmonic':
-        shakers = _and([tilts] * bool(tilts) + ['viscous drag'] * (machine.drag is not None))
+        shakers = ' and '.join(
+            [tilts] * bool(tilts) + ['viscous drag'] * (machine.drag is not None)
+        )
         return f'{shakers} in a harmonic well: linear, so a sample is one exact step'
     return '; '.join(_disturbances(machine, uneven, tilts))
 
@@ -203,7 +205,7 @@ def _of_real_thread(machine: AnyMachine, propagator: str, tilts: str) -> str:
         )
     # a lever that is drawn by a force in the case moves only with the case
     weighs, drag = machine.feels_gravity, machine.drag is not None
-    shakers = _and([tilts] * bool(tilts and not weighs) + ['drag'] * drag)
+    shakers = ' and '.join([tilts] * bool(tilts and not weighs) + ['drag'] * drag)
     causes = {
         'the thread swings, a second degree of freedom': not lever,
         'the apparent gravity moves the lever': lever and weighs and bool(tilts),
@@ -229,13 +231,13 @@ def _uneven(machine: Machine) -> str:
         'the lever arm of the cam': machine.cam.linear_rate is None,
         'the imbalance of the wheel': machine.imbalance is not None,
     }
-    return _and([name for name, present in parts.items() if present])
+    return ' and '.join([name for name, present in parts.items() if present])
 
 
 def _disturbances(machine: Machine, uneven: str, tilts: str) -> list[str]:
     drag = machine.drag or Drag()
     overdamped = drag.viscous >= 2.0 * machine.inertia * machine.frequency
-    shakers = _and([tilts] * bool(tilts) + ['viscous drag'] * (drag.viscous > 0.0))
+    shakers = ' and '.join([tilts] * bool(tilts) + ['viscous drag'] * (drag.viscous > 0.0))
     causes = {
         'the apparent gravity moves the weight': bool(tilts) and machine.pulling_mass > 0.0,
         f'{shakers} in a well that is not harmonic ({uneven})': bool(shakers and uneven),
@@ -256,10 +258,6 @@ def _disturbances(machine: Machine, uneven: str, tilts: str) -> list[str]:
         if machine.drag is None
         else 'drag is given, though all of it is zero: leave it out'
     ]
-
-
-def _and(names: list[str]) -> str:
-    return ' and '.join(names)
 
 
 def hangs(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> dict[str, Any] | None:
@@ -354,8 +352,8 @@ def resonances(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[str]:
     texts = []
     for key, body in bodies.items():
         if body is not None and body.resonates_with:
-            periods = _and([f'{period:.4g} s' for period in body.periods_s])
-            with_whom = _and([f'the {name}' for name in body.resonates_with])
+            periods = ' and '.join([f'{period:.4g} s' for period in body.periods_s])
+            with_whom = ' and '.join([f'the {name}' for name in body.resonates_with])
             texts.append(
                 f'{scene.name}: {key}: swings by itself in {periods}, in resonance with '
                 f'{with_whom}. Change its dimensions'

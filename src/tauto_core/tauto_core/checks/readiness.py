@@ -132,19 +132,6 @@ _SIZES = {
 
 # Sections in which a number above the range is refused.
 _REFUSED = ('gravity', 'trochlea', 'regulator', 'escapement', 'suspension', 'ship', 'clock')
-# A key in them that only controls how the motion is sampled.
-_WARNED_OF = 'ship.rate'
-
-
-def beyond_known(scene: Scene) -> list[Problem]:
-    """Return the numbers of machine, gravity and ship that are larger than any known."""
-    problems = []
-    for key, value, sizes in _odd(scene):
-        larger = abs(value) > sizes.high and key != _WARNED_OF
-        if larger and key.partition('.')[0] in _REFUSED:
-            text, meant = _comparison(value, sizes), _meant(key, value, sizes)
-            problems.append(Problem(key, value, text, meant))
-    return problems
 
 
 def implausible(scene: Scene) -> list[str]:
@@ -258,7 +245,13 @@ def check_known(scene: Scene) -> None:
 
     Drag that prevents swings is refused, too. Every command that sails calls it, unless `anyway`.
     """
-    problems = [*beyond_known(scene)] or _overdamped(scene)
+    problems = [
+        Problem(key, value, _comparison(value, sizes), _meant(key, value, sizes))
+        for key, value, sizes in _odd(scene)
+        if abs(value) > sizes.high
+        and key.partition('.')[0] in _REFUSED
+        and key != 'ship.rate'  # only how the motion is sampled
+    ] or _overdamped(scene)
     if problems:
         anyway = (' To sail it all the same, say ', Argument('anyway', value=True), '.')
         raise SceneError.of(

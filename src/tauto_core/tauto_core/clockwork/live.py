@@ -40,6 +40,7 @@ from tauto_core.samples import (
     TemperatureSamples,
     TimeSamples,
     join,
+    merged,
     same,
     take,
 )
@@ -457,9 +458,9 @@ class LiveTrochlea(Stateful):
             if several:  # use all samples before the one that fails
                 self.restore(before)
                 ones = [take(imu, slice(k, k + 1)) for k in range(len(imu.stamp_ns))]
-                return _joined([self.feed({SHIP_IMU: one}) for one in ones])
+                return merged([self.feed({SHIP_IMU: one}) for one in ones])
             self._fail(str(error))
-        return _joined(said)
+        return merged(said)
 
     def finish(self) -> Batches:
         """Return the remaining samples, interpolated with one-sided windows."""
@@ -472,7 +473,7 @@ class LiveTrochlea(Stateful):
                 self._believe(self._stage.finish(), said)
         except PropagationError as error:
             self._fail(str(error))
-        return _joined(said)
+        return merged(said)
 
     def _say(self, kind: str, now_ns: int, words: str) -> None:
         """Add a line to the news, at most one of a kind in `TOLD_S`."""
@@ -564,7 +565,8 @@ class LiveTrochlea(Stateful):
         if self._anew:
             back, resets, stepped_ns, self._anew = 'on request the dial ', True, 1, False
         if stepped_ns > 0 and resets:
-            self._run = DialRun(shown.setting.again(origin_ns), origin_ns, origin_ns)
+            again = DialSetting(origin_ns, number=shown.setting.number + 1)
+            self._run = DialRun(again, origin_ns, origin_ns)
             self._counts['dial_settings'] += 1
             self._news.append(f'{back}is set anew, to {origin_ns / NS_PER_S:.3f} s')
             return
@@ -634,11 +636,3 @@ class ShownReading:
     stamp_ns: int
     dial_ns: int
     setting: DialSetting
-
-
-def _joined(said: list[Batches]) -> Batches:
-    topics = dict.fromkeys(topic for batches in said for topic in batches)
-    return {
-        topic: join([cast(TimeSamples, batches[topic]) for batches in said if topic in batches])
-        for topic in topics
-    }

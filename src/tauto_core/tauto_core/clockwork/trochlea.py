@@ -247,10 +247,6 @@ class DialSetting:
         """Return whether the dial has not been set in between. It may have stood still."""
         return (self.set_ns, self.number) == (setting.set_ns, setting.number)
 
-    def again(self, set_ns: int) -> DialSetting:
-        """Return the next setting, at this true time."""
-        return DialSetting(set_ns, number=self.number + 1)
-
     def source(self) -> str:
         """Return the text of `TimeReference.source`."""
         lost = f', lost {_spelled(self.lost_ns)} s in {self.stops} stops' if self.stops else ''

@@ -5,9 +5,9 @@ Over a time τ without observations (Brown and Hwang; Zucca and Tavella, Metrolo
 
     x' = x + τ y + τ²/2 d,   y' = y + τ d,   d' = d,   P' = F P Fᵀ + Q(τ)
 
-    Q = | q1 τ + q2 τ³/3 + q3 τ⁵/20   q2 τ²/2 + q3 τ⁴/8   q3 τ³/6 |
-        |                             q2 τ + q3 τ³/3      q3 τ²/2 |
-        |  symmetric                                      q3 τ    |
+    Q = | q1 τ + q2 τ³/3   q2 τ²/2   0 |
+        | q2 τ²/2          q2 τ      0 |
+        | 0                0         0 |
 
 An observation is a scalar phase z = x + noise of variance R. With two states d and its variances
 stay zero. Formulas are sums and products in a fixed order: floats and arrays, one sample or many,
@@ -58,7 +58,6 @@ class Coefficient(NamedTuple):
     sigma: float
 
 
-@cache
 def pairs(size: int) -> list[tuple[int, int]]:
     """Return the indices of a covariance's upper triangle, row by row."""
     return list(combinations_with_replacement(range(size), 2))
@@ -68,13 +67,11 @@ def prediction(clock: int, size: int) -> Callable[..., tuple[Any, ...]]:
     """Return the prediction step of `size` states, of which the first `clock` are the clock's.
 
     Its arguments are the numbers (means, then the `pairs` of the covariance), the time t [s], q1,
-    q2, q3, and the growth of each integral [s]. It returns the numbers after that time.
+    q2, and the growth of each integral [s]. It returns the numbers after that time.
     """
     entries = pairs(size)
 
-    def ahead(
-        now: tuple[Any, ...], t: Any, q1: float, q2: float, q3: float, *gained: Any
-    ) -> tuple[Any, ...]:
+    def ahead(now: tuple[Any, ...], t: Any, q1: float, q2: float, *gained: Any) -> tuple[Any, ...]:
         h = 0.5 * t * t
         ageing = clock == 3
         transition = {
@@ -90,13 +87,9 @@ def prediction(clock: int, size: int) -> Callable[..., tuple[Any, ...]]:
             for above in range(row + 1):
                 for column, factor in terms:
                     p[above][row] = p[above][row] + factor * p[above][column]
-        p[0][0] = p[0][0] + t * (q1 + t * t * (q2 / 3.0 + t * t * (q3 / 20.0)))
-        p[0][1] = p[0][1] + h * (q2 + h * (q3 / 2.0))
-        p[1][1] = p[1][1] + t * (q2 + t * t * (q3 / 3.0))
-        if ageing:
-            p[0][2] = p[0][2] + h * t * (q3 / 3.0)
-            p[1][2] = p[1][2] + h * q3
-            p[2][2] = p[2][2] + t * q3
+        p[0][0] = p[0][0] + t * (q1 + t * t * (q2 / 3.0))
+        p[0][1] = p[0][1] + h * q2
+        p[1][1] = p[1][1] + t * q2
         return (*mean, *(p[i][j] for i, j in entries))
 
     return ahead
@@ -220,7 +213,6 @@ class ClockModel:
         states: 2 (offset, rate) or 3 (and ageing).
         white_fm_s: q1 [s], >= 0.
         random_walk_fm_per_s: q2 [1/s], >= 0.
-        random_run_per_s3: q3 [1/s³], >= 0, for three states only.
         gate: largest accepted innovation in its own sigmas, > 0. `None`: any.
         patience_s: time after the last used observation for which outliers are refused in a
             simulation [s], > 0. Infinite for real observers: then three outliers must agree.
@@ -239,7 +231,6 @@ class ClockModel:
     states: int = 2
     white_fm_s: float = WHITE_FM_FLOOR_S
     random_walk_fm_per_s: float = RANDOM_WALK_FM_FLOOR_PER_S
-    random_run_per_s3: float = 0.0
     gate: float | None = None
     patience_s: float = math.inf
     lunar_sigma_s: float = LUNAR_SIGMA_S
@@ -256,18 +247,12 @@ class ClockModel:
             )
         for name in ('observation_sigma_s', 'prior_rate_sigma', 'lunar_sigma_s', 'gnss_sigma_s'):
             _check(name, getattr(self, name), above_zero=True)
-        noise = 'white_fm_s', 'random_walk_fm_per_s', 'random_run_per_s3', 'under_way_per_s'
-        for name in noise:
+        for name in ('white_fm_s', 'random_walk_fm_per_s', 'under_way_per_s'):
             _check(name, getattr(self, name), above_zero=False)
         for name in ('gate', 'patience_s'):
             value = getattr(self, name)
             if value is not None and not value > 0.0:
                 raise EstimationError(f'{name} = {value}: must be > 0. Give the limit meant')
-        if self.states == 2 and self.random_run_per_s3:
-            raise EstimationError(
-                f'random_run_per_s3 = {self.random_run_per_s3}: must be 0 with 2 states. '
-                'Take 3 states to let the ageing wander'
-            )
         for coefficient in self.coefficients:
             _check(f'sigma of {coefficient.name}', coefficient.sigma, above_zero=True)
 
@@ -357,9 +342,9 @@ def reopen(ahead: Estimate[Real], innovation_s: Real, elapsed_s: Real) -> Estima
     return ahead._replace(xx=ahead.xx + 2.0 * (v * v), xy=ahead.xy + v * w, yy=ahead.yy + w * w)
 
 
-def noise_of(model: ClockModel) -> tuple[float, float, float]:
-    """Return q1 [s], q2 [1/s], q3 [1/s³]."""
-    return model.white_fm_s, model.random_walk_fm_per_s, model.random_run_per_s3
+def noise_of(model: ClockModel) -> tuple[float, float]:
+    """Return q1 [s] and q2 [1/s]."""
+    return model.white_fm_s, model.random_walk_fm_per_s
 
 
 @dataclass(frozen=True)
@@ -369,7 +354,7 @@ class Arithmetic:
     Args:
         fields: indices of these numbers in an `Estimate`.
         xx: index of the variance of x among them.
-        ahead: (numbers, elapsed time, q1, q2, q3, growth of each integral) -> predicted numbers.
+        ahead: (numbers, elapsed time, q1, q2, growth of each integral) -> predicted numbers.
         corrected: (predicted numbers, innovation, its variance, R) -> numbers.
     """
 

@@ -435,8 +435,6 @@ class LongitudeStage(Stateful):
             if not reached.all():
                 self._held[topic] = take(samples, ~reached)
             parts[topic] = take(samples, reached)
-        if _same_stamps(parts):
-            return dict(parts)
         stamps = [part.stamp_ns for part in parts.values()]
         common = reduce(np.intersect1d, stamps)
         self._health['stamps_unjoined'] += len(reduce(np.union1d, stamps)) - len(common)

@@ -294,7 +294,9 @@ class Regressors(MotionRegressors):
         value = np.column_stack([column(imu, steps) for column in self._columns])
         if self._continuity is not None:
             for j, column in enumerate(value.T):
-                self._usual[j] = _followed(column, steps, USUAL_S, float(self._usual[j]))[-1]
+                means, usual = np.empty(len(column)), float(self._usual[j])
+                followed(np.ascontiguousarray(column), steps / (USUAL_S + steps), usual, means)
+                self._usual[j] = means[-1]
         self._append(stamps, value)
 
     def _heave(self, imu: ImuSamples, steps: FloatArray) -> FloatArray:
@@ -636,13 +638,6 @@ class RecordedIntegrals(MotionRegressors):
         self._health['motion_unknown'] += int(np.count_nonzero(is_outside))
         at, times = (stamp_ns - origin_ns) / NS_PER_S, (stamps - origin_ns) / NS_PER_S
         return np.column_stack([np.interp(at, times, column) for column in self._integral.T])
-
-
-def _followed(value: FloatArray, steps: FloatArray, time_s: float, mean: float) -> FloatArray:
-    """Return the running mean of a value with a time constant τ, c = Δ/(τ + Δ)."""
-    means = np.empty_like(value)
-    followed(np.ascontiguousarray(value), steps / (time_s + steps), mean, means)
-    return means
 
 
 def _roll(imu: ImuSamples, steps: FloatArray) -> FloatArray:
