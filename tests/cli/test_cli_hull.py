@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from tauto_core.cli.app import app
 from tauto_core.plots import chart
-from tauto_core.ship.hull import ClockPlace, Hull, load_hull, named_hull, rate_by_place
+from tauto_core.ship.hull import ClockPlace, Hull, hull_of_file, named_hull, rate_by_place
 from tauto_core.ship.sea import bretschneider
 
 
@@ -85,7 +85,7 @@ def test_a_shape_is_scaled_by_its_length_and_kept_in_a_file(tmp_path):
     found = facts('--shape', 'sloop', '--length', 34, '--out', mine)
     assert found['path'] == str(mine)
     assert found['hull']['beam_m'] == pytest.approx(8.15 * 34.0 / 29.4)
-    assert load_hull(mine).length == 34.0
+    assert hull_of_file(mine.read_bytes(), str(mine)).length == 34.0
     # a shape moves as its small sister does in small waves: the operators' sizes stay
     small = facts('--shape', 'sloop')
     for one, other in zip(found['operators'], small['operators'], strict=True):

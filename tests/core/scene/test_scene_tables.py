@@ -22,7 +22,7 @@ from tauto_core.scene.tables import (
     read_table,
     unit_factor,
 )
-from tauto_core.ship.hull import load_hull
+from tauto_core.ship.hull import hull_of_file
 from tauto_core.ship.logbook import read_passages
 
 TIME = Column('time_s', unit='s', rising='later than the time before')
@@ -152,7 +152,7 @@ def test_messages_repeat_nothing_of_a_file_that_was_named_by_mistake(tmp_path):
         lambda: read_table(str(file), [Column('time_s')], remedy='Name another.'),
         lambda: load_scene(file),
         lambda: read_draws(file, load_scene('ideal')),
-        lambda: load_hull(file),
+        lambda: hull_of_file(file.read_bytes(), str(file)),
         lambda: list(read_passages(str(file))),
     ]
     for refused in tries:

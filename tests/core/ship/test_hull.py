@@ -16,7 +16,7 @@ from tauto_core.ship.hull import (
     ClockPlace,
     Hull,
     HullError,
-    load_hull,
+    hull_of_file,
     named_hull,
     rate_by_place,
 )
@@ -369,7 +369,7 @@ def test_a_slow_ship_is_nearly_one_at_rest(ship):
 
 def test_a_file_holds_the_hull(tmp_path, deptford):
     deptford.save(tmp_path / 'mine.npz')
-    read = load_hull(tmp_path / 'mine.npz')
+    read = hull_of_file((tmp_path / 'mine.npz').read_bytes(), 'mine.npz')
     assert (read.name, read.source, read.volume) == (
         deptford.name,
         deptford.source,
@@ -402,7 +402,6 @@ def test_a_shipped_table_is_that_of_its_shape(name):
 @pytest.mark.parametrize(
     ('content', 'words'),
     [
-        (None, 'there is no such file'),
         (b'', 'it is not an .npz file'),
         (b'PK\x03\x04 and then nothing', 'it is not an .npz file, or it is damaged'),
         (b'heading,roll\n1,2\n', 'it is not an .npz file, or it is damaged'),
@@ -418,13 +417,13 @@ def test_a_file_that_is_no_hull_is_refused(tmp_path, deptford, content, words):
     path = tmp_path / 'bad.npz'
     if isinstance(content, bytes):
         path.write_bytes(content)
-    elif content is not None:
+    else:
         deptford.save(path)
         held = dict(np.load(path))
         held = content if 'name' in content else held | content
         np.savez(path, **held)
     with pytest.raises(HullError, match=words):
-        load_hull(path)
+        hull_of_file(path.read_bytes(), str(path))
 
 
 @pytest.mark.parametrize(

@@ -139,7 +139,8 @@ def test_waves_shorter_than_those_of_the_operator_do_not_move_the_ship_and_are_t
     for speed in (4.0, 10.0):
         scene = load_scene('ideal', ship=ship(speed=speed), duration=60.0)
         motion = sea_motion(scene, scene.ship)
-        met = motion.elevation
+        course = Encounter(speed, scene.ship.relative_heading, scene.g)
+        met = course.met(elevation(scene.ship.sea, scene.seed))
         shorter = met.angular_frequency > scene.ship.rao.angular_frequency[-1]
         share = np.sum(met.amplitude[shorter] ** 2) / np.sum(met.amplitude**2)
         assert motion.unanswered == pytest.approx((share, 0.0), rel=1e-12)

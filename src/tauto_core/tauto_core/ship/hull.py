@@ -30,7 +30,6 @@ from tauto_core.curves.numerics import hermite, spline, spline_slopes, trapezoid
 from tauto_core.files import write_whole
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import ABSENT, Problem, TautoError, problems_where
-from tauto_core.scene.tables import read_data
 from tauto_core.scene.times import DAY_S, STANDARD_GRAVITY
 
 ComplexArray: TypeAlias = NDArray[np.complex128]
@@ -312,22 +311,6 @@ class HullCoefficients:
 _MAKE_ONE = 'Make one with `tauto hull`.'
 
 
-def load_hull(path: Path) -> HullCoefficients:
-    """Return the coefficients of an .npz file that `tauto hull` has written.
-
-    Raises:
-        HullError: the file is missing, or is not a hull's.
-    """
-    try:
-        content = read_data(path)
-    except FileNotFoundError:
-        raise HullError('path', str(path), 'there is no such file', _MAKE_ONE) from None
-    except OSError as error:
-        reason = error.strerror or 'it is damaged'
-        raise HullError('path', str(path), f'cannot be read: {reason}', _MAKE_ONE) from None
-    return hull_of_file(content, str(path))
-
-
 def hull_of_file(content: bytes, path: str) -> HullCoefficients:
     """Return the coefficients in the content of a file of `tauto hull`; `path` names it in errors.
 
@@ -457,7 +440,8 @@ def named_hull(name: str) -> HullCoefficients:
         meant = f' Did you mean {matches[0]}?' if matches else ''
         problem = f'must be one of {", ".join(SHAPES)}'
         raise HullError('shape', name, problem, f'Make others with `tauto hull`.{meant}')
-    return load_hull(SHAPES_FOLDER / f'{name}.npz')
+    file = SHAPES_FOLDER / f'{name}.npz'
+    return hull_of_file(file.read_bytes(), str(file))
 
 
 # -----------------------------------------------------------------------------
@@ -736,9 +720,7 @@ class Hull:
         decay = np.maximum(size / rows[-1], 1.0) ** -2
         dampings = hermite(rows, hull.damping, hull.slopes[1], np.minimum(size, rows[-1]))
         masses, dampings = _added_mass(hull, size), dampings * decay[:, None, None]
-        for j, k in zip(*np.nonzero(_PAIRS), strict=True):
-            if k < j:
-                continue
+        for j, k in zip(*np.nonzero(np.triu(_PAIRS)), strict=True):
             matrix[:, j, k] = -(w**2) * masses[:, j, k] - 1j * w * dampings[:, j, k]
             matrix[:, k, j] = matrix[:, j, k]
         matrix[:, 3, 3] -= (

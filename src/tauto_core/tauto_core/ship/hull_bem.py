@@ -107,27 +107,20 @@ def read_mesh(path: Path) -> Any:
         problem = f'cannot be read: {words_of(error)}'
         raise HullError('mesh', str(path), problem, 'Give a mesh that capytaine reads.') from None
     if mesh.nb_faces == 0:
-        raise HullError(
-            'mesh', str(path), 'is dry: all of it is above z = 0', 'Put the waterline at z = 0.'
-        )
-    across, along, down = mesh.volumes
+        problem = 'is dry: all of it is above z = 0'
+        raise HullError('mesh', str(path), problem, 'Put the waterline at z = 0.')
     if min(mesh.volumes) <= 0.0 or max(mesh.volumes) > 1.05 * min(mesh.volumes):
-        raise HullError(
-            'mesh',
-            str(path),
+        across, along, down = mesh.volumes
+        problem = (
             'must be closed under water with all panels facing outwards: its volume by x, y and '
-            f'z is {across:.4g}, {along:.4g} and {down:.4g} m3',
-            'Mend the mesh, and draw both sides.',
+            f'z is {across:.4g}, {along:.4g} and {down:.4g} m3'
         )
+        raise HullError('mesh', str(path), problem, 'Mend the mesh, and draw both sides.')
     low, high = mesh.vertices.min(axis=0), mesh.vertices.max(axis=0)
     beam = high[1] - low[1]
     if abs(high[1] + low[1]) > 0.01 * beam or abs(mesh.center_of_buoyancy[1]) > 0.01 * beam:
-        raise HullError(
-            'mesh',
-            str(path),
-            'must have equal sides about y = 0',
-            'Draw both sides: x forward, y to port.',
-        )
+        problem = 'must have equal sides about y = 0'
+        raise HullError('mesh', str(path), problem, 'Draw both sides: x forward, y to port.')
     return mesh.translated_x(-0.5 * (high[0] + low[0]))
 
 

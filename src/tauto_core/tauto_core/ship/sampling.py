@@ -226,11 +226,12 @@ def _lowest(
             (inner, allowed, tuple(_waves(scene, ship, motion)))
             for inner, allowed, motion in moving
         ]
-        bent = [case for case in moving if _is_bent(case[2], ship)]
+        curved = [case for case in moving if _has_overtones(case[2], ship)]
+        bent = [case for case in curved if _rolls_in_few_waves(case[2])]
         steep = [
             (inner, allowed, _Steep(motion, scene, ship))
-            for inner, allowed, motion in moving
-            if _has_overtones(motion, ship) and not _is_bent(motion, ship)
+            for inner, allowed, motion in curved
+            if not _rolls_in_few_waves(motion)
         ]
     except TautoError:  # reported when the motion is made
         return ship.rate
@@ -289,14 +290,6 @@ def _waves(
         if isinstance(motion, Harmonics):
             omega = motion.angular_frequency
             yield np.abs(motion.amplitude) * omega**2 / scene.g, omega, False
-
-
-def _is_bent(channels: Channels, ship: ShipKind) -> bool:
-    """Return whether a roll of few waves makes a nonlinear force at the clock's height."""
-    roll, heave = channels.roll, channels.heave
-    if not isinstance(roll, Harmonics) or isinstance(heave, Fades) or ship.height == 0.0:
-        return False
-    return channels.six is None and channels.force_z is None and len(roll.amplitude) <= MOST_WAVES
 
 
 def _strays(
@@ -430,6 +423,13 @@ def _has_overtones(channels: Channels, ship: ShipKind) -> bool:
     if not isinstance(roll, Harmonics) or isinstance(heave, Fades) or channels.force_z is not None:
         return False
     return channels.six is not None or ship.height != 0.0
+
+
+def _rolls_in_few_waves(channels: Channels) -> bool:
+    roll = channels.roll
+    return (
+        channels.six is None and isinstance(roll, Harmonics) and len(roll.amplitude) <= MOST_WAVES
+    )
 
 
 def _misses_overtones(motion: _Steep, rate: float, stride: int, *, inner: bool) -> float:

@@ -181,10 +181,10 @@ class ShipMotion(Stateful):
         self.total = scene.samples + scene.samples_beyond_end
         self.metadata: dict[str, Any] = {'kind': scene.ship.kind, **channels.metadata}
         self.warnings = channels.warnings
-        self._roll = _sampled(channels.roll, scene)
-        self._heave = _sampled(channels.heave, scene)
-        self._force_y = _sampled(channels.force_y, scene)
-        self._force_z = _sampled(channels.force_z, scene)
+        self._roll, self._heave, self._force_y, self._force_z = (
+            _sampled(motion, scene)
+            for motion in (channels.roll, channels.heave, channels.force_y, channels.force_z)
+        )
         self._gravity: GravityOnTheWay | None = None
         # a measured force contains the gravity of the place of measurement
         changes = scene.gravity == 'normal' and 'gravity' not in without

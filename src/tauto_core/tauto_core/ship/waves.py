@@ -269,9 +269,7 @@ class SampledFades:
         while start < stop:
             state = bisect_right(self._begins, start) - 1
             following = state + 1
-            end = stop
-            if following < len(self._begins):
-                end = min(end, self._begins[following])
+            end = min([stop, *self._begins[following : following + 1]])
             state = max(state, 0)
             old = sums[state]
             new = sums[following] if following < len(sums) else old

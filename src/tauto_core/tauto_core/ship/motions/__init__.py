@@ -15,7 +15,7 @@ from typing import Annotated, Any, ClassVar, Generic, Literal, NamedTuple, Proto
 import numpy as np
 from pydantic import Field
 
-from tauto_core.scene.errors import Problem
+from tauto_core.scene.errors import Problem, problems_where
 from tauto_core.scene.sections import Itinerary, Kind, NonNegative, Number, Positive, Section
 from tauto_core.ship.waves import Fades, Harmonics
 
@@ -269,14 +269,16 @@ class ShipKind(Kind):
 
 def sampled(key: str, period: float, rate_hz: float) -> Iterator[Problem]:
     """Yield a problem if a wave is too short to be sampled."""
-    if period * rate_hz <= 2.0:
-        yield Problem(
+    return problems_where(
+        (
+            period * rate_hz <= 2.0,
             key,
             period,
             f'is not longer than two steps ({2.0 / rate_hz:.6g} s): ship.rate {rate_hz!r} Hz '
             'cannot sample it',
             'Use a longer period or a higher ship.rate.',
         )
+    )
 
 
 # -----------------------------------------------------------------------------

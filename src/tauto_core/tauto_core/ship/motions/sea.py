@@ -94,14 +94,12 @@ class SeaMotion:
     """The waves that a ship meets and its motion in them, at encounter frequencies.
 
     Attributes:
-        elevation: of the waves at the ship [m], upwards.
         roll: [rad], starboard down positive.
         heave: [m], upwards, or `None`.
         unanswered: shares of the waves' energy above and below the frequencies of the operator.
         six: all motions at the clock, of a ship with a hull.
     """
 
-    elevation: Harmonics
     roll: Harmonics
     heave: Harmonics | None
     unanswered: tuple[float, float] = (0.0, 0.0)
@@ -604,10 +602,9 @@ def sea_motion(scene: Surroundings, ship: SeaShip, stream: int = 0) -> SeaMotion
     key = 'ship.sea.peak_period' if parametric else 'ship.sea.frequency'
     highest = 2.0 * np.pi * band_hz(ship.sea)[1]
     _check_rate(scene, ship, np.append(waves.angular_frequency, highest), key)
-    met = course.met(waves)
     if ship.roll is not None and ship.hull is None:
         roll = roll_answer(waves, ship.roll, course)
-        return SeaMotion(met, roll, met if ship.heave else None)
+        return SeaMotion(roll, course.met(waves) if ship.heave else None)
     from tauto_core.ship.hull import ClockPlace, HullError, Response
 
     clock = ship.clock or ClockSection()
@@ -616,7 +613,7 @@ def sea_motion(scene: Surroundings, ship: SeaShip, stream: int = 0) -> SeaMotion
         if ship.hull is not None and ship.roll is not None:
             sea = (ship.sea, scene.seed, stream)
             six = _answered(ship.hull, ship.roll, place, course, sea)
-            return SeaMotion(met, six.roll, six.heave, six=six)
+            return SeaMotion(six.roll, six.heave, six=six)
         assert ship.rao is not None  # a scene has roll or rao
         answer = operator_answer(waves, ship.rao, course, heave=ship.heave)
     except HullError as error:
@@ -628,12 +625,12 @@ def sea_motion(scene: Surroundings, ship: SeaShip, stream: int = 0) -> SeaMotion
         motions = np.stack([answer.motions.get(name, zeros) for name in MOTIONS], axis=1)
         response = Response(omega, course.frequency(omega), motions, scene.g)
         six = at_clock(parts, response, place, course)
-        return SeaMotion(met, six.roll, six.heave, shares, six)
+        return SeaMotion(six.roll, six.heave, shares, six)
     answers = {
         name: course.answer(parts, parts.amplitude * np.abs(operator), np.angle(operator))
         for name, operator in answer.motions.items()
     }
-    return SeaMotion(met, answers['roll'], answers.get('heave'), shares)
+    return SeaMotion(answers['roll'], answers.get('heave'), shares)
 
 
 def _check_rate(scene: Surroundings, ship: SeaShip, omega: FloatArray, key: str) -> None:

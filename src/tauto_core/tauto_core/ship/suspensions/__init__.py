@@ -15,7 +15,7 @@ from pydantic import Field, Strict
 
 from tauto_core.machines.axle_pendulum import Modes, answers, modes, off_resonance
 from tauto_core.samples import FloatArray
-from tauto_core.scene.errors import Problem
+from tauto_core.scene.errors import Problem, problems_where
 from tauto_core.scene.sections import Flag, Kind, NonNegative, Number, Positive
 
 if TYPE_CHECKING:
@@ -75,28 +75,30 @@ class SuspensionKind(Kind):
 
     def problems(self, *, still: bool) -> Iterator[Problem]:
         """Yield the contradictions between its keys, for a ship that is `still` or moves."""
-        if still:
-            yield Problem(
+        below = -self.depth or self.gyration_radius
+        return problems_where(
+            (
+                still,
                 'suspension',
                 self.kind,
                 'is not for a ship at rest, on which the case hangs still',
                 'Leave it out, or let the ship move.',
-            )
-        if self.depth <= 0.0:
-            below = -self.depth or self.gyration_radius
-            yield Problem(
+            ),
+            (
+                self.depth <= 0.0,
                 'suspension.depth',
                 self.depth,
                 'must be greater than 0: a case with its centre of gravity above its axle topples',
                 f'Use for example {abs(below) or 0.1!r}: positive is below the axle.',
-            )
-        if self.gyration_radius <= 0.0:
-            yield Problem(
+            ),
+            (
+                self.gyration_radius <= 0.0,
                 'suspension.gyration_radius',
                 self.gyration_radius,
                 'must be greater than 0: a case without extent turns in no time (h′ = 0)',
                 f'Use for example {0.5 * abs(self.depth) or 0.05!r}.',
-            )
+            ),
+        )
 
 
 # -----------------------------------------------------------------------------
