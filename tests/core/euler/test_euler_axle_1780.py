@@ -11,7 +11,7 @@ from tauto_core.euler.edition import read_text
 CLAIMS = claims()
 
 
-def test_the_formula_without_c_gives_the_negative_length_it_was_caught_by():
+def test_formula_without_c_gives_a_negative_length():
     (slow,) = [claim for claim in CLAIMS if claim.stands.startswith('h = ekk/(kk + cf − √')]
     assert slow.value == pytest.approx(-0.0150, abs=5e-5)
     assert slow.computed == pytest.approx(0.458647575161926656834875439639, rel=1e-14)

@@ -13,7 +13,7 @@ CLAIMS = all_claims()
 
 
 @pytest.mark.parametrize('claim', CLAIMS, ids=lambda c: f'{c.paper}{c.paragraph}: {c.claim}')
-def test_every_claim_of_the_papers_gets_the_verdict_expected_of_it(claim):
+def test_every_claim_gets_its_expected_verdict(claim):
     assert claim.verdict == claim.expected != 'fails'
     assert bool(claim.because) == (claim.verdict in {'corrected', 'answered'})
     assert bool(claim.must) == (claim.verdict == 'corrected')
@@ -43,7 +43,7 @@ def test_what_cannot_be_evaluated_does_not_hold():
     assert replace(_claim(3.0, 2.0), computed=math.nan).verdict == 'fails'
 
 
-def test_a_fault_of_letters_has_no_value_and_a_question_is_answered():
+def test_fault_of_letters_has_no_value_question_is_answered():
     words = Claim('A', 'V', 'the thread', 'CD', math.nan, None, 1e-12, 'CB')
     assert (words.verdict, words.difference) == ('corrected', math.inf)
     assert _claim(2.1, question=True).verdict == 'answered'
@@ -62,6 +62,6 @@ def test_a_difference_from_zero_is_absolute():
     assert claim.verdict == 'holds'
 
 
-def test_what_is_not_eulers_is_added_where_it_holds_and_fails_where_not():
+def test_claim_not_in_the_paper_is_added_or_fails():
     assert _claim(2.0, euler=False).verdict == 'added'
     assert _claim(2.1, euler=False).verdict == 'fails'

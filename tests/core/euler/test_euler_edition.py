@@ -65,7 +65,7 @@ def test_every_claim_stands_beside_its_paragraph(edition: Edition) -> None:
 
 
 @EACH
-def test_a_command_stands_beside_the_one_paragraph_whose_point_it_shows(edition: Edition) -> None:
+def test_each_command_belongs_to_one_paragraph(edition: Edition) -> None:
     runs = [line for each in edition.paragraphs for line in each.runs]
     assert len(set(runs)) == len(runs) > 20
     for each in edition.paragraphs:
@@ -86,7 +86,7 @@ def _as_in_text(words: str, keep: set[str]) -> str:
 
 
 @EACH
-def test_what_claims_quote_stands_in_the_latin_with_its_faults_marked(edition: Edition) -> None:
+def test_claims_quote_the_latin_with_its_faults_marked(edition: Edition) -> None:
     latin = {each.number: each.latin for each in edition.paragraphs}
     faults = set(re.findall(r'‹([^|›]*\|[^›]*)›', ' '.join(latin.values())))
     claims = [each for each in all_claims() if each.paper == edition.paper and each.euler]
@@ -207,7 +207,7 @@ def test_neighbouring_points_run_together(name: str, small: float) -> None:
     assert max(off) / min(off) < 1.6
 
 
-def test_the_thread_of_figure_iii_bends_on_its_cheek_and_keeps_its_length() -> None:
+def test_thread_of_figure_iii_keeps_its_length() -> None:
     """300 mm, at one unit of the page for each; places to a tenth, at 41 points."""
     for (turn,), _, markup in _shown(_figure('A', 'III')):
         (path,) = re.findall(r'class="thread" d="M([^"]*)"', markup)
@@ -251,7 +251,7 @@ def test_swings_of_figure_2_agree_with_the_integrated_motion(at: int) -> None:
     assert -run.y_events[0][-1][0] == pytest.approx(end, abs=3e-5)
 
 
-def test_figures_3_and_4_have_the_place_where_the_curve_is_upright() -> None:
+def test_figures_3_and_4_have_the_cusps_of_the_curve() -> None:
     for (kappa,), says, _ in _shown(_figure('B', '3')):
         arc, height = _numbers(says)[:2]
         # γκf dx/ds = e^{κs} − 1, f = 1 m, and its integral

@@ -127,7 +127,7 @@ def test_a_formula_is_evaluated_as_it_is_read(formula: str, value: float) -> Non
     assert evaluate(formula, LETTERS) == pytest.approx(value, rel=1e-15)
 
 
-def test_an_equation_is_solved_on_the_first_side_that_has_the_letter() -> None:
+def test_equation_is_solved_on_the_first_side_with_the_letter() -> None:
     assert evaluate('ab = 4x', LETTERS, 'x') == 1.5
     assert evaluate('c^{as} − 1 = b', LETTERS, 's') == pytest.approx(math.log(4.0) / 2.0)
     # the right side has the value that the letters give

@@ -139,7 +139,7 @@ def test_a_chart_without_events_marks_none(rolling: tauto.Voyage) -> None:
     assert 'sea' not in chart(rolling, 'error').note
 
 
-def test_a_rate_that_changes_when_she_sails_does_not_change_before(stormy: tauto.Voyage) -> None:
+def test_rate_changes_at_departure_not_before(stormy: tauto.Voyage) -> None:
     """The dial goes right in port, and loses 140 s/day from the landfall to the arrival."""
     reading = stormy.samples[READING]
     assert isinstance(reading, TimeSamples)
@@ -219,7 +219,7 @@ def test_a_part_that_cannot_be_shown_is_refused(
         chart(stormy, what, *part)
 
 
-def test_the_roughest_part_of_a_logged_motion_is_where_it_moves_most() -> None:
+def test_roughest_part_has_the_largest_logged_motion() -> None:
     """Two harmonics of nearly one period beat: the greatest roll lies half a beat from the end."""
     beat = [
         {'amplitude': 0.05, 'period': 9.0},
@@ -306,7 +306,7 @@ def test_a_picture_becomes_a_file_named_for_it(
     assert Path('second_cam_at_sea_machine.svg').read_text(encoding='utf-8').startswith('<?xml')
 
 
-def test_a_drawing_has_words_and_a_title_and_a_picture_dots_enough(
+def test_svg_has_searchable_text_and_png_enough_dots(
     rolling: tauto.Voyage, tmp_path: Path
 ) -> None:
     """Words that can be searched; dots for a screen of two to a CSS pixel, 6.4 inches wide."""

@@ -90,7 +90,7 @@ def test_a_thread_is_as_long_as_it_is_or_broken_and_says_so() -> None:
     assert 'length of the thread' not in long.note
 
 
-def test_a_thread_without_a_length_is_long_enough_for_any_weight_and_not_broken() -> None:
+def test_thread_without_length_is_long_enough_and_unbroken() -> None:
     """30 kg of lead are ten times as high as the radius of the wheel."""
     changed = {'trochlea.inertia': 1e-6, 'trochlea.power.mass': 30.0}
     heavy = draw_machine(tauto.load('involute_weight_at_sea', **changed))
@@ -101,7 +101,7 @@ def test_a_thread_without_a_length_is_long_enough_for_any_weight_and_not_broken(
     assert weight.y.max() < wheel.y.min()
 
 
-def test_the_lever_has_its_arms_and_its_fulcrum_and_hole_their_places() -> None:
+def test_lever_fulcrum_and_hole_are_in_their_places() -> None:
     """AB 100 mm, AD 150 mm, 300 mm of thread from the tip of an involute of 20 mm."""
     drawn = draw_machine(tauto.load('sully_lever_at_sea'))
     lever, fulcrum = part(drawn, 'lever'), part(drawn, 'fulcrum')
@@ -258,7 +258,7 @@ def scene(release: float, cam: str = INVOLUTE, more: str = '') -> Scene:
     return parse_scene(SCENE.replace('CAM', cam).replace('RELEASE', str(release)) + more, 'cam')
 
 
-def test_the_cheeks_of_an_involute_meet_where_the_tangent_is_the_angle() -> None:
+def test_cheeks_of_an_involute_meet_at_tan_x_equal_x() -> None:
     """x = r (ϑ cos ϑ − sin ϑ) vanishes again; of a thread through a hole a little earlier."""
     meet = brentq(lambda angle: angle * math.cos(angle) - math.sin(angle), 4.0, 5.0)
     assert cheeks_meet_rad(Involute(0.005)) == pytest.approx(meet, rel=1e-14)

@@ -214,7 +214,7 @@ def test_a_lever_moves_as_the_geometry_says() -> None:
     assert (found['lever']['x'], found['lever']['y']) == pytest.approx((-100.0, -320.0))
 
 
-def test_a_suspended_case_and_a_thread_keep_to_the_apparent_vertical() -> None:
+def test_case_and_thread_follow_the_apparent_vertical() -> None:
     """On a ship that only rolls, about the bearing, that is the true one: the case hangs still."""
     ship = {'kind': 'components', 'height': 0.0, 'components': [{'amplitude': 0.1, 'period': 9.0}]}
     hung = animation(tauto.sail('suspended_weight_at_sea', duration=60.0, ship=ship))
@@ -408,7 +408,7 @@ def test_the_keyboard_moves_and_plays_it(browser: Browser, long_page: Path) -> N
 
 
 @pytest.mark.parametrize('name', ['axle_at_sea', 'globe_in_oil', 'sully_lever_at_sea'])
-def test_the_clock_of_every_kind_of_regulator_moves_with_its_letters(
+def test_every_kind_of_clock_moves_with_its_letters(
     browser: Browser, tmp_path: Path, name: str
 ) -> None:
     """A body on an axle and one in a fluid have no thread, and the slider moves them all.

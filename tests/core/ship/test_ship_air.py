@@ -109,7 +109,7 @@ def test_the_warmest_hour_is_that_of_the_sun_at_her_longitude() -> None:
 
 
 @pytest.mark.parametrize('kind', ['still', 'sea'])
-def test_the_topic_has_the_same_bits_in_any_chunks_and_reaches_beyond_the_motion(kind) -> None:
+def test_temperature_has_same_bits_in_any_chunks(kind) -> None:
     air = {'kind': 'constant', 'celsius': 12.0, 'diurnal': 3.0}
     if kind == 'still':
         scene = scene_of({'kind': 'route', 'at': AT, 'diurnal': 3.0}, 3.0)
@@ -193,7 +193,7 @@ def test_impossible_air_is_refused(air, voyage, said) -> None:
 # The climate over the sea.
 
 
-def test_the_climate_is_that_of_its_table_in_the_middle_of_a_month() -> None:
+def test_climate_is_its_table_in_the_middle_of_a_month() -> None:
     middle = (np.arange(12) + 0.5) / 12.0
     for latitude, row in zip(ZONAL_LATITUDES, ZONAL_CELSIUS, strict=True):
         np.testing.assert_allclose(zonal_celsius(np.full(12, latitude), middle), row, atol=1e-11)
@@ -232,7 +232,7 @@ DATED = (
 )
 
 
-def test_a_record_is_that_of_an_integration_and_packed_into_the_scene(tmp_path) -> None:
+def test_record_is_packed_into_the_scene(tmp_path) -> None:
     scene = recorded(tmp_path, DAYS, diurnal=2.0)
     (tmp_path / 'air.csv').unlink()
     assert parse_scene(scene_yaml(scene), 'again') == scene

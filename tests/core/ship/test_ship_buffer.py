@@ -210,7 +210,7 @@ def test_what_comes_before_a_gap_is_said_before_the_gap():
     assert error.value.time_s == pytest.approx(59 * 0.05)
 
 
-def test_a_force_that_points_down_counts_as_negative_and_stays_smooth():
+def test_downward_force_is_negative_and_smooth():
     """The pull passes through zero; its direction, which turns round there, leans on steadily."""
     times = np.arange(60) * STEP
     imu = motion(times)
@@ -301,7 +301,7 @@ def test_pieces_span_what_logs_and_steps_divide(interval, longest_s, wanted):
         assert samples_a_piece(changed) == wanted
 
 
-def test_buffers_of_clocks_in_one_sea_have_the_forcing_of_one_alone():
+def test_shared_buffers_have_the_forcing_of_one_alone():
     """Whoever comes first computes it; a clock that comes late would have the wrong one."""
     times, shared, alone = np.arange(0, 400 * STEP, STEP), SharedBuffers(), buffer()
     wanted = {

@@ -56,7 +56,7 @@ def of_60_seeds() -> np.ndarray:
     return np.array([departures_of(each) for each in seeds])
 
 
-def test_the_height_is_log_normal_with_the_memory_that_was_asked_for(of_60_seeds):
+def test_height_is_log_normal_with_the_given_memory(of_60_seeds):
     """Over 60 seeds of 1601 states, with four standard deviations of each mean as the limit.
 
     n states count for n (1 − ρ)/(1 + ρ) independent ones in the mean, with ρ² in the mean square.
@@ -106,7 +106,7 @@ def test_a_seed_draws_the_same_weather_however_long_the_scene(days):
     assert states_of(short)[-1].at_ns >= short.duration_ns
 
 
-def test_a_scene_that_ends_at_sea_has_the_weather_of_the_whole_passage():
+def test_scene_that_ends_at_sea_has_weather_of_the_whole():
     """Its last change goes on to the next state at sea, not to the port of arrival."""
     port = {'still': True}
     whole, part = (scene_of(OWN, days=days, voyage=VOYAGE, port=port) for days in (60.0, 10.0625))

@@ -121,7 +121,7 @@ def test_ports_have_names_and_the_open_sea_has_none() -> None:
         ((42.0, 50.5), 0.0, 0.0),  # the Caspian Sea, an outline within an outline
     ],
 )
-def test_places_on_land_are_as_far_from_the_sea_as_towns_are_known_to_be(
+def test_towns_have_their_known_distance_from_the_sea(
     place: tuple[float, float], least: float, most: float
 ) -> None:
     assert least <= inland_km(*place) <= most

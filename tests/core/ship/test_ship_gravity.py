@@ -46,7 +46,7 @@ def earth_fixed(latitude: float, longitude: float) -> np.ndarray:
 
 @pytest.mark.parametrize('latitude_deg', [-62.0, 0.0, 18.0, 45.0, 80.0])
 @pytest.mark.parametrize('course_deg', [0.0, 61.0, 90.0, 200.0, 270.0])
-def test_eotvos_is_the_centripetal_acceleration_beyond_that_at_rest(
+def test_eotvos_is_the_difference_of_vertical_accelerations(
     latitude_deg: float, course_deg: float
 ) -> None:
     """The vertical part of the acceleration in space, by differences of positions."""
@@ -85,7 +85,7 @@ def test_along_a_passage_it_is_that_of_her_place_and_speed() -> None:
         assert at == pytest.approx(float(normal_gravity(latitude) - moved), abs=1e-9)
 
 
-def test_in_port_it_is_normal_gravity_and_does_not_depend_on_batches() -> None:
+def test_gravity_in_port_is_normal_in_any_batches() -> None:
     scene = load_scene('portsmouth_jamaica')
     assert scene.voyage is not None
     way = GravityOnTheWay(Passage(scene, scene.voyage), scene.duration_ns)

@@ -24,7 +24,7 @@ def sensor(n: int = 5) -> ImuSamples:
     return imu_samples(stamps, roll, 0.1 * roll, -0.2 * roll, None, 3.0, G)
 
 
-def test_specific_force_is_that_of_a_point_carried_by_roll_and_heave():
+def test_specific_force_is_second_derivative_of_the_place():
     """Reference: acceleration by differentiating the position of the clock in 30 digits."""
     height = 2.7
 
@@ -209,7 +209,7 @@ def test_screen_keeps_a_steep_pitch():
     assert not any(counts.values())
 
 
-def test_screen_takes_unknown_covariance_and_the_last_stamp_into_account():
+def test_screen_accepts_unknown_covariance_and_uses_last_stamp():
     imu = replace(sensor(3), orientation_covariance=np.zeros((3, 9)))
     assert len(screen(imu, None)[0].stamp_ns) == 3
     kept, counts = screen(imu, 1_050)

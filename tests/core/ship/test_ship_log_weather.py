@@ -52,7 +52,7 @@ def test_wind_that_blows_on_makes_the_sea_of_the_whole_time():
     assert twice[1][1].height == 0.0
 
 
-def test_growth_ends_with_the_largest_fetch_and_the_height_the_wind_carries():
+def test_growth_ends_with_largest_fetch_and_height():
     sea = grown_seas([24.0 * day for day in range(30)], [10.0] * 30, [0.0] * 30)[-1][0]
     assert sea[:2] == grown(weather.LARGEST_FETCH_M, 10.0)
     assert grown(1e12, 10.0)[0] == pytest.approx(0.30 * 100.0 / 9.80665, rel=1e-3)
@@ -95,7 +95,7 @@ def test_the_passage_of_the_esperance_has_the_seas_of_the_method():
     assert found == pytest.approx((1.25, 4.67, 0.43, 2.40), abs=0.006)
 
 
-def test_wind_sea_and_swell_run_in_their_own_directions_before_and_after_a_turn():
+def test_wind_sea_and_swell_keep_directions_at_a_turn():
     scene = load_scene('esperance_to_the_cape')
     states = scene.ship.states(scene)
     log = scene.voyage.log
@@ -207,7 +207,7 @@ def test_a_logged_passage_in_two_parts_has_the_bits_of_one():
             assert other[name].tobytes() == values.tobytes(), name
 
 
-def test_a_hull_does_not_feel_ripples_and_meets_fast_legs_as_far_as_she_is_known():
+def test_hull_ignores_ripples_and_limits_fast_legs():
     scene = load_scene('esperance_to_the_cape')
     calm = [entry for entry in scene.voyage.log.entries if entry[4] == 1.0]
     assert calm

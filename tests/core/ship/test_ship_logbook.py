@@ -142,13 +142,13 @@ def test_a_column_that_is_there_twice_is_refused(tmp_path):
         list(read_passages(book(tmp_path, HEADER.replace('\n', ',latitude\n') + rows)))
 
 
-def test_a_row_of_more_cells_than_columns_is_refused_where_no_column_has_the_ship(tmp_path):
+def test_row_of_more_cells_than_columns_is_refused(tmp_path):
     head, first = HEADER.replace('ship,', ''), ROWS.splitlines()[0].replace('La Folle,', '')
     [passage] = read_passages(book(tmp_path, f'{head}{first},1,2\n'))
     assert 'cells, the header' in str(next(passage.problems()))
 
 
-def test_names_over_several_lines_and_without_end_are_names_in_one_line(tmp_path, own):
+def test_long_names_and_names_of_several_lines_are_cut(tmp_path, own):
     named = '"La\r\nFolle\x1b[2J\u2028 et fille"'
     text = ROWS.replace('A-1', 'A' * 5000).replace('La Folle', named)
     one, other = read_passages(book(tmp_path, HEADER + text))
@@ -195,7 +195,7 @@ def test_rows_of_a_passage_that_come_again_are_refused(tmp_path):
         ('', 'is not a known log-book'),
     ],
 )
-def test_a_file_that_is_no_log_book_is_refused_with_what_was_found(tmp_path, text, what):
+def test_unknown_log_book_is_refused_with_its_columns(tmp_path, text, what):
     with pytest.raises(SceneError, match=what) as caught:
         list(read_passages(book(tmp_path, text)))
     assert 'wind_knots' in str(caught.value) or 'knots' not in text
@@ -277,7 +277,7 @@ def test_what_follows_from_the_log_may_not_be_given_beside_it(tmp_path):
     assert load_scene(file, duration=3_600.0).duration == 3_600.0
 
 
-def test_air_by_the_log_is_its_thermometer_and_between_it_does_not_jump(tmp_path):
+def test_air_by_the_log_follows_its_thermometer(tmp_path):
     scene = load_scene(scene_in(tmp_path))
     at_ns, celsius = scene.air.knots(scene)
     np.testing.assert_array_equal(at_ns, Passage(scene, scene.voyage).places_ns)
@@ -291,7 +291,7 @@ def test_air_by_the_log_is_its_thermometer_and_between_it_does_not_jump(tmp_path
     assert 13.0 < without.air.knots(without)[1][1] < 18.0
 
 
-def test_a_departure_of_the_air_is_the_expected_one_of_a_process_that_forgets():
+def test_departure_is_expectation_of_ornstein_uhlenbeck():
     """By the normal distribution given the known values, of the covariance exp(−|t − t'|/τ)."""
     days = np.array([0.0, 1.0, 2.0, 4.0, 5.0, 19.0, 20.0, 60.0, 61.5])
     known = np.array([np.nan, 3.0, np.nan, np.nan, -1.0, np.nan, np.nan, 2.0, np.nan])
@@ -528,7 +528,7 @@ def test_a_file_without_a_passage_says_what_became_of_its_rows(tmp_path, old, ne
     assert said in str(refused.value)
 
 
-def test_rows_of_a_log_that_are_left_out_are_told_with_the_reason(tmp_path):
+def test_dropped_rows_are_counted_by_reason(tmp_path):
     rows = [cells_21(*each) for each in DAYS]
     rows[3] = rows[3].replace('1300', '2400')
     rows[4] = rows[4].replace('\t8\t5\t', '\t8\t32\t')
@@ -571,7 +571,7 @@ def test_the_table_of_release_1_5_turns_words_into_winds(tmp_path):
         list(read_passages(path))
 
 
-def test_a_log_is_cut_at_gaps_and_jumps_and_short_pieces_are_left_out(tmp_path):
+def test_log_is_cut_at_jumps_without_short_pieces(tmp_path):
     late = [(day, lat, lon, wind) for day, lat, lon, wind in DAYS]
     far = [archived(day, lat, lon - 2000, wind) for day, lat, lon, wind in late]
     text = [archived(*each) for each in late[:26]] + far[26:]

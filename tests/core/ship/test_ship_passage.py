@@ -92,7 +92,7 @@ def test_the_way_goes_on_over_the_date_line():
     assert steps.max() < 0.04
 
 
-def test_each_landfall_is_observed_at_the_logged_instant_after_it():
+def test_landfall_is_observed_at_the_next_logged_instant():
     scene = scene_of()
     landfall, _ = Passage(scene, scene.voyage).landfalls_ns
     seen = Observations(scene).between(0, 10**18)
@@ -189,7 +189,7 @@ def test_a_ship_is_at_each_place_at_its_time():
     assert (latitude, longitude) == pytest.approx((middle['lat2'], middle['lon2']), abs=1e-11)
 
 
-def test_the_course_at_a_place_is_that_after_it_and_at_anchor_the_next():
+def test_course_at_a_place_or_at_anchor_is_the_next():
     passage = passage_of(10.0 * DAY, **TIMED)
     for day, one, other in (
         (1.0, TIMED['departure'], [45.0, -9.0]),
@@ -201,7 +201,7 @@ def test_the_course_at_a_place_is_that_after_it_and_at_anchor_the_next():
         assert passage.course(round(day * DAY) * S) == pytest.approx(wanted, abs=1e-9)
 
 
-def test_a_last_place_where_she_lies_keeps_the_course_with_which_she_came():
+def test_course_at_the_last_place_is_the_one_of_arrival():
     ends = {'waypoints': [{'place': [28.5, -16.2], 'at': 2.0 * DAY}], 'arrives_at': 3.0 * DAY}
     passage = passage_of(10.0 * DAY, **(TIMED | ends))
     came = np.radians(way(TIMED['departure'], [28.5, -16.2])['azi2'] % 360.0)

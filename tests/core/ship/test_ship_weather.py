@@ -46,7 +46,7 @@ def test_weather_of_one_state_is_the_one_sea_bit_for_bit():
             np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
 
 
-def test_each_state_has_the_spectrum_of_its_sea_and_phases_of_its_own():
+def test_each_state_has_its_spectrum_and_phases():
     """Seas of the same height: the same bins and energy, but no frequency or phase in common."""
     states = {'at': 0.0, **HIGH}, {'at': 3600.0, **LOW}, {'at': 5400.0, **LOW}
     scene = scene_of(*states, {'at': 7200.0, **HIGH})
@@ -62,7 +62,7 @@ def test_each_state_has_the_spectrum_of_its_sea_and_phases_of_its_own():
     np.testing.assert_allclose(first.period, last.period, rtol=0.034)
 
 
-def test_heave_and_roll_have_the_variance_of_the_state_and_none_in_a_calm():
+def test_heave_has_variance_of_its_state_and_0_in_a_calm():
     """Over an hour of a steady sea the variance of heave is within a sixth of Hs²/16."""
     states = [{'at': 0.0, **CALM}, {'at': 1800.0, **CALM}, {'at': 3600.0, **HIGH}]
     scene = scene_of(*states, {'at': 7200.0, **HIGH}, rate=20.0)
@@ -75,7 +75,7 @@ def test_heave_and_roll_have_the_variance_of_the_state_and_none_in_a_calm():
     assert np.var(heave) == pytest.approx(2.5**2 / 16.0, rel=1.0 / 6.0)
 
 
-def test_the_motion_at_the_clock_is_the_second_derivative_of_what_is_sent():
+def test_force_at_clock_is_second_derivative_of_motion():
     """Within a change of ten minutes, where the fade's own derivatives matter most.
 
     Specific force against differences of fourth order of roll and heave: they leave out
@@ -203,7 +203,7 @@ def test_predictions_go_by_the_highest_sea():
     assert one_sea(HIGH).ship.roughest(scene) == one_sea(HIGH).ship
 
 
-def test_the_worst_seas_are_the_highest_and_the_one_whose_waves_are_met_fastest():
+def test_worst_seas_are_the_highest_and_the_fastest_met():
     """Short waves from ahead are met fastest; shorter ones from astern, or without height, not."""
     ahead = {'significant_wave_height': 1.2, 'peak_period': 6.0, 'heading': 3.1, 'speed': 3.0}
     scene = scene_of(
