@@ -49,7 +49,7 @@ def test_every_paragraph_and_every_figure_of_the_paper_is_there(edition: Edition
 
 
 @EACH
-def test_a_paragraph_is_told_in_two_sentences(edition: Edition) -> None:
+def test_a_paragraph_has_two_sentences(edition: Edition) -> None:
     for each in edition.paragraphs:
         assert len(re.findall(r'[.?](?: |$)', each.argues)) == 2, each.number
 
@@ -73,7 +73,7 @@ def test_each_command_belongs_to_one_paragraph(edition: Edition) -> None:
 
 
 SINGLE = {'b|h', 'b′|h′', 'z|2', 'v|ν', 'a|α', 'a′|α′'}
-"""Letters that the transcription confuses throughout; the claims have the right ones."""
+"""Letters that the transcription confuses throughout. The claims have the right ones."""
 
 
 def _as_in_text(words: str, keep: set[str]) -> str:
@@ -108,7 +108,7 @@ def test_claims_quote_the_latin_with_its_faults_marked(edition: Edition) -> None
 def test_the_commands_run(
     edition: Edition, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A voyage is only checked: that its scene, with what is set in it, would sail."""
+    """Of a voyage only the scene is loaded, with its settings."""
     monkeypatch.chdir(tmp_path)
     for line in sorted({line for each in edition.paragraphs for line in each.runs}):
         words = shlex.split(line)
@@ -208,7 +208,7 @@ def test_neighbouring_points_run_together(name: str, small: float) -> None:
 
 
 def test_thread_of_figure_iii_keeps_its_length() -> None:
-    """300 mm, at one unit of the page for each; places to a tenth, at 41 points."""
+    """300 mm, one unit of the page each, with 41 points rounded to a tenth."""
     for (turn,), _, markup in _shown(_figure('A', 'III')):
         (path,) = re.findall(r'class="thread" d="M([^"]*)"', markup)
         x, y = np.array([each.split() for each in path.split('L')], np.float64).T
@@ -223,7 +223,7 @@ def test_figure_viii_has_the_loss_of_the_claim_on_xx() -> None:
 def test_descents_of_figure_1_take_the_same_time_on_every_curve() -> None:
     frames = _shown(_figure('B', '1'))
     found = [_numbers(says)[-1] for _, says, _ in frames]
-    # (π/2)√(f/g) of f = 1 m; the figure finds them by quadrature
+    # (π/2)√(f/g) with f = 1 m, against the figure's quadrature
     assert found == pytest.approx([0.5 * math.pi / math.sqrt(G)] * len(frames), abs=6e-7)
 
 

@@ -1,4 +1,4 @@
-"""Formulas as MathML and as numbers: no letter is lost, and signs cover what they do."""
+"""Formulas as MathML and as numbers."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ INLINE = sorted({each for words in SENTENCES for each in words.split('*')[1::2]}
 
 
 def _letters(text: str) -> str:
-    """Return what a formula consists of, without what only places it."""
+    """Return the letters and signs of a formula, without those of its layout."""
     return re.sub(r'[\s/√^(){}‹|›\[\]]', '', text.replace('½', '12').translate(DIGITS))
 
 
@@ -71,7 +71,7 @@ def test_formulas_in_sentences_are_marked() -> None:
         ('√(2g/‹b|h›)', '√[2g/b[h]]'),
     ],
 )  # fmt: skip
-def test_what_a_bar_a_root_and_an_exponent_cover(formula: str, markup: str) -> None:
+def test_extent_of_bars_roots_and_exponents(formula: str, markup: str) -> None:
     assert _drawn(_read(formula)) == markup
 
 
@@ -134,7 +134,7 @@ def test_equation_is_solved_on_the_first_side_with_the_letter() -> None:
     assert evaluate('2s = as + a', LETTERS, 's') == 1.5
 
 
-def test_what_has_no_value_is_named() -> None:
+def test_formula_without_a_value_is_refused() -> None:
     with pytest.raises(FormulaError, match='i has no value'):
         evaluate('ai', LETTERS)
     with pytest.raises(FormulaError, match='∫ is not a known sign'):

@@ -12,8 +12,8 @@ from tauto_core.euler.trochlea_1727 import claims, period
 CLAIMS = claims()
 
 
-def test_figures_that_the_theory_tells():
-    # A in wheel.md: Q = 100 P loses 428.26 s/day at 1 rad; §XX has 30° and 60°
+def test_figures_of_the_theory():
+    # A in wheel.md: Q = 100 P loses 428.26 s/day at 1 rad, and §XX has 30° and 60°
     still, *wide = (
         period(each, carried=1.0 / G) for each in (1e-3, 1.0, math.pi / 6.0, math.pi / 3.0)
     )

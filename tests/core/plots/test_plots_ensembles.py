@@ -1,4 +1,4 @@
-"""Tracks on a map, coloured by the error: what is drawn against the rows and the log."""
+"""Tracks on a map, coloured by the error, against the rows and the log."""
 
 import numpy as np
 from matplotlib.collections import LineCollection
@@ -35,7 +35,7 @@ def row(name, errors, failure=None):
 
 
 def test_each_leg_has_the_colour_of_the_error_at_its_end():
-    """Across the dateline a track does not jump; a clock that fails has no track from there on."""
+    """A track does not jump at the dateline, and ends when the clock fails."""
     passages = (
         passage('17700101-1', [170.0, 175.0, -180.0, -175.0]),
         passage('17700101-2', [-30.0, -31.0, -32.0]),
@@ -55,7 +55,7 @@ def test_each_leg_has_the_colour_of_the_error_at_its_end():
     tracks.update_scalarmappable()  # as when it is drawn
     assert np.allclose(tracks.get_color(), tracks.to_rgba([2.0, 20.0, 3000.0, 40.0]))
     assert len(np.unique(tracks.get_color(), axis=0)) == 4
-    # of two passages one has arrived, and none is within 60 nmi of where she is
+    # one of two passages has arrived, with an error above 60 nmi
     for line in errors.get_lines()[:2]:
         assert np.asarray(line.get_ydata())[-1] == 100.0
         assert np.count_nonzero(np.asarray(line.get_xdata()) <= 60.0) == 1

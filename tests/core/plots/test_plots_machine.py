@@ -75,7 +75,7 @@ def test_the_weight_is_a_lead_cylinder_of_its_mass(scene: str) -> None:
 
 
 def test_a_thread_is_as_long_as_it_is_or_broken_and_says_so() -> None:
-    """From the tip of an involute of 5 mm; the weight's centre of gravity is at its end."""
+    """From the tip of an involute of 5 mm. The weight's centre of gravity is at its end."""
     short = draw_machine(tauto.load('hanging_thread_at_sea', **{'trochlea.thread.length': 0.3}))
     assert part(short, 'thread').y.tolist() == pytest.approx([-5.0, -305.0], rel=1e-9)
     assert np.mean(part(short, 'weight').y[:-1]) == pytest.approx(-305.0, rel=1e-9)
@@ -143,7 +143,7 @@ def test_a_machine_of_euler_s_has_his_letters_at_its_parts(name, figure, letters
 
 
 def test_a_suspended_case_hangs_from_its_axle_in_its_bearing() -> None:
-    """Radii of 20 and 5 mm, the axle 100 mm above the clock; it touches the lowest place."""
+    """Radii of 20 and 5 mm, the axle 100 mm above the clock, on the lowest place."""
     drawn = draw_machine(tauto.load('suspended_weight_at_sea'))
     np.testing.assert_allclose(radii(part(drawn, 'axle of the case'), (0.0, 100.0)), 5.0)
     bearing = part(drawn, 'bearing')
@@ -195,8 +195,8 @@ def test_a_body_on_an_axle_touches_its_support(support: str) -> None:
 
 
 @pytest.mark.parametrize('given', ['descent', 'ascent'])
-def test_a_branch_and_its_companion_are_told_apart(given: str) -> None:
-    """The circle has its centre a metre above A; the companion begins where it ends."""
+def test_a_branch_and_its_companion_are_on_their_sides(given: str) -> None:
+    """The circle has its centre a metre above A, and the companion begins at its end."""
     drawn = draw_machine(tauto.load('companion_in_oil', **{'regulator.given': given}))
     circle, other = part(drawn, 'circle, the given branch'), part(drawn, 'its companion')
     np.testing.assert_allclose(radii(circle, (0.0, 1000.0)), 1000.0, rtol=1e-9)
@@ -207,7 +207,7 @@ def test_a_branch_and_its_companion_are_told_apart(given: str) -> None:
 
 
 @pytest.mark.parametrize('name', SCENES)
-def test_what_the_scene_does_not_give_is_named(name: str) -> None:
+def test_assumed_dimensions_are_named(name: str) -> None:
     drawn = draw_machine(tauto.load(name))
     assert drawn.note.startswith('To scale.')
     names = [each.name for each in drawn.parts if each.name]
@@ -259,26 +259,28 @@ def scene(release: float, cam: str = INVOLUTE, more: str = '') -> Scene:
 
 
 def test_cheeks_of_an_involute_meet_at_tan_x_equal_x() -> None:
-    """x = r (ϑ cos ϑ − sin ϑ) vanishes again; of a thread through a hole a little earlier."""
+    """x = r (ϑ cos ϑ − sin ϑ) vanishes again, for a thread through a hole a little earlier."""
     meet = brentq(lambda angle: angle * math.cos(angle) - math.sin(angle), 4.0, 5.0)
     assert cheeks_meet_rad(Involute(0.005)) == pytest.approx(meet, rel=1e-14)
     assert cheeks_meet_rad(Hole(0.005, 50.0)) == pytest.approx(meet, rel=1e-3)
     assert 3.0 < cheeks_meet_rad(Hole(0.005, 0.04)) < meet
-
-
-def test_cheeks_that_do_not_meet() -> None:
     assert cheeks_meet_rad(CircularArc(0.02, 0.01)) == math.inf
 
 
-@pytest.mark.parametrize(('release', 'extent'), [(0.02, 0.03), (1.0, 1.5), (-1.2, 1.8)])
-def test_half_as_far_again_as_the_wheel_is_released(release: float, extent: float) -> None:
-    assert cam_extent(scene(release)) == extent
+@pytest.mark.parametrize(
+    ('release', 'cam', 'extent'),
+    [
+        (0.02, INVOLUTE, 0.03),
+        (1.0, INVOLUTE, 1.5),
+        (-1.2, INVOLUTE, 1.8),
+        (4.0, INVOLUTE, 4.493409457909064),
+        (3.1, ARC, math.pi),
+    ],
+)
+def test_extent_is_half_as_far_again_as_the_release(release: float, cam: str, extent: float):
+    """But not beyond the cam, nor the angle at which its cheeks meet."""
+    assert cam_extent(scene(release, cam)) == pytest.approx(extent, rel=1e-12)
 
 
-def test_no_further_than_the_cam_and_where_its_cheeks_meet() -> None:
-    assert cam_extent(scene(3.1, ARC)) == math.pi
-    assert cam_extent(scene(4.0)) == pytest.approx(4.493409457909064, rel=1e-12)
-
-
-def test_a_wheel_released_below_its_steady_swing() -> None:
+def test_extent_of_a_wheel_released_below_its_steady_swing() -> None:
     assert cam_extent(scene(0.2, more=DRIVEN)) == cam_extent(scene(1.0, more=DRIVEN)) > 1.0

@@ -1,4 +1,4 @@
-"""What notebooks show of results: the answer in words, and a picture that draws."""
+"""Results in notebooks: the answer in words, and a picture."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def pictures(html: str) -> list[tuple[str, bytes]]:
 
 
 def words(html: str) -> str:
-    """Return the text of the one SVG image of a page; letters are drawn as letters."""
+    """Return the text of the one SVG image of a page."""
     [(kind, content)] = pictures(html)
     assert kind == 'svg+xml'
     return ' '.join(ET.fromstring(content).itertext())
@@ -119,7 +119,7 @@ def test_a_clock_that_stopped_says_why() -> None:
     assert found.answer.endswith('no clock goes.')
 
 
-def test_a_fleet_is_its_answer_and_the_errors_of_her_ships() -> None:
+def test_fleet_is_its_answer_and_the_errors_of_its_ships() -> None:
     found = tauto.fleet('second_cam_at_sea', ships=3, duration=60.0, jobs=1)
     assert found.answers.answer in repr(found)
     shown = found._repr_html_()

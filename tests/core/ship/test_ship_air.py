@@ -43,7 +43,7 @@ def box(scene: Scene) -> np.ndarray:
 
 
 def integrated(scene: Scene, mean, longitude, knots_s) -> np.ndarray:
-    """Return the box at the logged instants by DOP853, from where the closed form starts."""
+    """Return the box at the logged instants by DOP853, from the start of the closed form."""
     air = scene.air
     assert air is not None
 
@@ -63,9 +63,7 @@ def integrated(scene: Scene, mean, longitude, knots_s) -> np.ndarray:
     return found
 
 
-@pytest.mark.parametrize(
-    ('diurnal', 'box_hours'), [(0.0, 6.0), (3.0, 6.0), (4.0, 0.2), (5.0, 90.0)]
-)
+@pytest.mark.parametrize(('diurnal', 'box_hours'), [(0.0, 6.0), (4.0, 0.2), (5.0, 90.0)])
 def test_the_box_is_that_of_an_integration_along_a_voyage(diurnal, box_hours) -> None:
     air = {'kind': 'route', 'at': AT, 'diurnal': diurnal, 'box_hours': box_hours}
     scene = scene_of(air)
@@ -100,7 +98,7 @@ def test_a_swing_in_harbour_is_less_in_the_box_and_later() -> None:
     np.testing.assert_allclose(box(scene), expected, rtol=0.0, atol=1e-13)
 
 
-def test_the_warmest_hour_is_that_of_the_sun_at_her_longitude() -> None:
+def test_warmest_hour_follows_the_longitude() -> None:
     voyage = {**VOYAGE, 'departure': [17.93, -75.0], 'sails_at': 5.0 * DAY_S}
     air = {'kind': 'constant', 'celsius': 12.0, 'diurnal': 3.0, 'box_hours': 1e-3}
     in_port = box(scene_of(air, 3.0, voyage=voyage, gravity='normal'))[:144]
@@ -134,11 +132,6 @@ def test_temperature_has_same_bits_in_any_chunks(kind) -> None:
     assert again.temperature.tobytes() == felt.temperature.tobytes()
 
 
-def test_a_scene_without_air_has_no_temperature() -> None:
-    scene = load_scene('involute_weight_at_sea', duration=60.0)
-    assert SHIP_TEMPERATURE not in ShipSource(scene).produce(10**6)
-
-
 ROUTE = {'kind': 'route', 'at': AT}
 RECORD = {'kind': 'record', 'source': 'x', 'time': [0.0, 9000.0], 'celsius': [8.0, 9.0]}
 
@@ -168,25 +161,22 @@ RECORD = {'kind': 'record', 'source': 'x', 'time': [0.0, 9000.0], 'celsius': [8.
             None,
             'by the places of a voyage, and the scene has no voyage. Write `kind: constant',
         ),
-        ({**ROUTE, 'celsius': 3.0}, VOYAGE, 'celsius. is a key of kind constant'),
         ({'kind': 'route'}, VOYAGE, 'voyage.date: is needed for the mean temperature'),
         ({'kind': 'route'}, {**VOYAGE, 'date': '1761-02-30'}, "date = '1761-02-30': is not a day"),
         ({'kind': 'route'}, {**VOYAGE, 'date': 1761}, 'voyage.date = 1761: is not a day'),
         (ROUTE, {**VOYAGE, 'date': '1300-01-01'}, 'must lie in the years 1500 to 2999'),
-        ({**ROUTE, 'kind': 'rout'}, VOYAGE, 'unknown kind. Did you mean route'),
         (RECORD, None, 'lasts from 0 s to 9000 s by the scene, which lasts from 0 to 864000.0 s'),
         ({**RECORD, 'celsius': [1.0]}, None, 'has 1 values for 2 times'),
         ({**RECORD, 'time': [0.0, 0.0]}, None, r'air.time\[1\] = 0.0: must be later'),
         ({**RECORD, 'celsius': [8.0, 280.0]}, None, r'celsius\[1\] = 280.0: .* in degrees'),
-        ({**ROUTE, 'box_hours': 0.0}, VOYAGE, 'box_hours = 0.0: must be greater than 0.0'),
-        ({**ROUTE, 'diurnal': -1.0}, VOYAGE, 'diurnal = -1.0: must be at least 0.0'),
     ],
 )
 def test_impossible_air_is_refused(air, voyage, said) -> None:
     with pytest.raises(SceneError) as error:
         scene_of(air, voyage=voyage)
-    found = str(error.value).replace(" (air is given, in place of the scene's)", '')
-    assert re.search(said, found), found
+    assert re.search(
+        said, str(error.value).replace(" (air is given, in place of the scene's)", '')
+    )
 
 
 # -----------------------------------------------------------------------------
@@ -233,22 +223,13 @@ DATED = (
 
 
 def test_record_is_packed_into_the_scene(tmp_path) -> None:
-    scene = recorded(tmp_path, DAYS, diurnal=2.0)
+    scene = recorded(tmp_path, DAYS)
     (tmp_path / 'air.csv').unlink()
     assert parse_scene(scene_yaml(scene), 'again') == scene
-    assert scene.voyage is not None
-    passage = Passage(scene, scene.voyage)
-
-    def mean(t):
-        return float(
-            np.interp(t, [-3600.0, 82_000.0, 160_000.0, 172_800.0], [8.0, 14.0, 10.0, 9.0])
-        )
-
-    def longitude(t):
-        return float(passage.places(np.array([round(t * 1e9)]))[1][0])
-
-    expected = integrated(scene, mean, longitude, [82_000.0, DAY_S, 160_000.0])
-    np.testing.assert_allclose(box(scene), expected, rtol=0.0, atol=2e-6)
+    assert scene.air is not None
+    at_ns, celsius = scene.air.knots(scene)
+    assert (at_ns / 10**9).tolist() == [-3600.0, 82_000.0, 160_000.0, 172_800.0]
+    assert celsius.tolist() == [8.0, 14.0, 10.0, 9.0]
 
 
 def test_dates_of_a_record_are_those_of_the_voyage(tmp_path) -> None:
@@ -276,21 +257,14 @@ def test_impossible_records_are_refused(rows, said, tmp_path) -> None:
         recorded(tmp_path, rows, '1761-11-18')
 
 
-def test_a_check_and_a_result_have_the_range_in_the_box() -> None:
+def test_checks_and_results_have_the_range_in_the_box(tmp_path) -> None:
     air = {'kind': 'constant', 'celsius': 12.0, 'diurnal': 3.0}
-    scene = scene_of(air, 3.0, voyage=None)
-    voyage = sail(scene)
+    scene, bag = scene_of(air, 3.0, voyage=None), tmp_path / 'bag'
+    np.testing.assert_array_equal(sail(scene).temperature_celsius, box(scene))
+    results = [scene_facts(scene), sail(scene, bag, keep=False).result, summarise_bag(bag)]
+    results += [replay(read_bag(bag), keep=keep).result for keep in (True, False)]
     swing = 3.0 / math.hypot(1.0, math.tau / 4.0)
-    for found in (voyage.result['air'], scene_facts(scene)['air']):
-        assert math.isclose(found['lowest_celsius'], 12.0 - swing, abs_tol=1e-3)
-        assert math.isclose(found['highest_celsius'], 12.0 + swing, abs_tol=1e-3)
-    np.testing.assert_array_equal(voyage.temperature_celsius, box(scene))
+    for result in results:
+        found = result['air']['lowest_celsius'], result['air']['highest_celsius']
+        assert found == pytest.approx((12.0 - swing, 12.0 + swing), abs=1e-3)
     assert 'air' not in sail(load_scene('ideal', duration=60.0)).result
-
-
-def test_a_replayed_voyage_has_the_range_in_the_box(tmp_path) -> None:
-    air = {'kind': 'constant', 'celsius': 12.0, 'diurnal': 3.0}
-    sailed = sail(scene_of(air, 3.0, voyage=None), tmp_path / 'bag', keep=False)
-    for keep in (True, False):
-        assert replay(read_bag(tmp_path / 'bag'), keep=keep).result['air'] == sailed.result['air']
-    assert summarise_bag(tmp_path / 'bag')['air'] == sailed.result['air']

@@ -41,27 +41,16 @@ def states_of(scene: Scene):
     return ship.weather.resolved(WeatherSetting(scene, ship.weather, 0.5 * math.pi, 0.0))
 
 
-def departures(seed: int, **keys) -> np.ndarray:
-    return departures_of(scene_of(OWN, seed=seed, **keys))
-
-
-def departures_of(scene: Scene) -> np.ndarray:
-    return np.log(np.array([state.height for state in states_of(scene)]) / 2.0) / 0.4
-
-
-@pytest.fixture(scope='module')
-def of_60_seeds() -> np.ndarray:
-    scene = scene_of(OWN)  # to load it takes longer than to draw its seas
-    seeds = (scene.model_copy(update={'seed': seed}) for seed in range(60))
-    return np.array([departures_of(each) for each in seeds])
-
-
-def test_height_is_log_normal_with_the_given_memory(of_60_seeds):
+def test_height_is_log_normal_with_the_given_memory():
     """Over 60 seeds of 1601 states, with four standard deviations of each mean as the limit.
 
     n states count for n (1 − ρ)/(1 + ρ) independent ones in the mean, with ρ² in the mean square.
+    The difference of a state from ρ times the one before is white, of variance 1 − ρ².
     """
-    x = of_60_seeds
+    scene = scene_of(OWN)  # to load it takes longer than to draw its seas
+    seeds = (scene.model_copy(update={'seed': seed}) for seed in range(60))
+    heights = [[state.height for state in states_of(each)] for each in seeds]
+    x = np.log(np.array(heights) / 2.0) / 0.4
     rho = math.exp(-21_600.0 / 100_000.0)
     worth = x.size * (1.0 - rho) / (1.0 + rho)
     assert abs(x.mean()) < 4.0 / math.sqrt(worth)
@@ -72,12 +61,6 @@ def test_height_is_log_normal_with_the_given_memory(of_60_seeds):
     for lag in (1, 2, 4, 12):
         found = np.mean(x[:, lag:] * x[:, :-lag])
         assert abs(found - rho**lag) < 4.0 * math.sqrt(2.0 / worth_of_squares), lag
-
-
-def test_each_step_adds_independent_noise(of_60_seeds):
-    """What a state adds to ρ times the one before is white, of variance 1 − ρ²."""
-    x = of_60_seeds
-    rho = math.exp(-21_600.0 / 100_000.0)
     noise = (x[:, 1:] - rho * x[:, :-1]) / math.sqrt(1.0 - rho * rho)
     n = noise.size
     assert abs(noise.mean()) < 4.0 / math.sqrt(n)
@@ -86,17 +69,9 @@ def test_each_step_adds_independent_noise(of_60_seeds):
     assert abs(np.mean(noise[:, 1:] * x[:, :-2])) < 4.0 / math.sqrt(n)
 
 
-def test_the_period_goes_with_the_height_by_the_steepness():
-    scene = scene_of(OWN, days=30.0)
-    for state in states_of(scene):
-        period = state.sea.peak_period
-        steepness = math.tau * state.height / (scene.g * period**2)
-        assert steepness == pytest.approx(0.03, rel=1e-14)
-
-
 @pytest.mark.parametrize('days', [10.0, 10.0625, 10.1875])
 def test_a_seed_draws_the_same_weather_however_long_the_scene(days):
-    """The last state is at the end or later, so the sea there is that of a longer scene."""
+    """The last state is at the end or later, and the sea is the same as in a longer scene."""
     long, short, other = (
         scene_of(OWN, seed=seed, days=length) for seed, length in ((3, 40.0), (3, days), (4, days))
     )
@@ -117,7 +92,7 @@ def test_scene_that_ends_at_sea_has_weather_of_the_whole():
     assert states[1][-2].at_ns >= part.duration_ns
 
 
-@pytest.mark.parametrize('arrives_at', np.arange(3000.0, 4300.0, 100.0).tolist())
+@pytest.mark.parametrize('arrives_at', np.arange(3000.0, 4300.0, 200.0).tolist())
 def test_the_last_change_into_port_is_never_too_quick(arrives_at):
     """With states ten minutes apart the arrival may come shortly after one."""
     voyage = {**VOYAGE, 'sails_at': 1000.0, 'arrives_at': arrives_at}
@@ -151,7 +126,7 @@ def test_the_ports_have_their_sea_and_the_way_its_regions():
     first = states[2:-1][0], states[2:-1][-1]
     assert steep[2] == pytest.approx(CLIMATES['north_atlantic_winter'].steepness, rel=1e-13)
     assert steep[-2] == pytest.approx(CLIMATES['trades'].steepness, rel=1e-13)
-    # to the south-west against a sea from the west; to the west with the trade wind behind
+    # to the south-west against a sea from the west, then with the trade wind behind
     assert math.cos(first[0].heading) < -0.5
     assert math.cos(first[1].heading) > 0.9
 

@@ -78,7 +78,7 @@ def test_outlines_are_closed_and_keep_to_their_frame() -> None:
 
 
 def test_the_area_of_ireland_is_known() -> None:
-    """84,421 km² (Ordnance Survey Ireland); 1:50 million keeps it to some percent."""
+    """84,421 km² (Ordnance Survey Ireland), at 1:50 million to some percent."""
     (outline,) = (
         each for each in land(MapFrame(-11.0, 51.0, -5.0, 56.0)) if is_land([each], -8.0, 53.3)
     )
@@ -111,7 +111,7 @@ def test_ports_have_names_and_the_open_sea_has_none() -> None:
 @pytest.mark.parametrize(
     ('place', 'least', 'most'),
     [
-        ((48.86, 2.35), 140.0, 185.0),  # Paris: Dieppe lies 145 km away, Le Havre 175
+        ((48.86, 2.35), 140.0, 185.0),  # Paris: Dieppe is 145 km away, Le Havre 175
         ((43.60, 1.44), 135.0, 155.0),  # Toulouse: Narbonne's coast
         ((51.51, -0.13), 20.0, 60.0),  # London: the estuary of the Thames
         ((40.42, -3.70), math.inf, math.inf),  # Madrid, 300 km from Valencia
@@ -128,7 +128,7 @@ def test_towns_have_their_known_distance_from_the_sea(
 
 
 def test_the_squares_of_open_sea_hold_no_place_on_land() -> None:
-    """Against matplotlib's count of outlines; half of the places on the sides of squares."""
+    """Against matplotlib's count of outlines, with half of the places on the sides of squares."""
     random = np.random.default_rng(1)
     places = np.column_stack(
         [random.uniform(-80.0, 80.0, 600), random.uniform(-180.0, 180.0, 600)]

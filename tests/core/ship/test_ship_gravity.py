@@ -67,7 +67,7 @@ def test_eotvos_is_the_difference_of_vertical_accelerations(
     assert eotvos(latitude, east, north) == pytest.approx(felt, rel=1e-4, abs=2e-8)
 
 
-def test_along_a_passage_it_is_that_of_her_place_and_speed() -> None:
+def test_gravity_follows_place_and_speed_of_a_passage() -> None:
     scene = load_scene('portsmouth_jamaica')
     assert scene.voyage is not None
     passage = Passage(scene, scene.voyage)
@@ -141,10 +141,10 @@ def test_a_weight_follows_the_root_of_gravity_on_the_way(tmp_path: Path) -> None
     pace = np.sqrt(gravity.at(time_ns.astype(np.int64)) / scene.g)
     lost = np.concatenate([[0.0], np.cumsum(30.0 * (pace[1:] + pace[:-1] - 2.0))])
     assert lost[-1] < -45.0
-    # The phase is that of (θ, −θ̇/ω₀), which runs ahead and behind by ½(ω/ω₀ − 1)/2π turns.
+    # The phase of (θ, −θ̇/ω₀) runs ahead and behind by ½(ω/ω₀ − 1)/2π turns.
     wobble = 0.5 * (1.0 - pace.min()) / math.tau
     error = voyage.clock_error_s - lost
-    # Where she sails and arrives Eötvös' term has a corner, which samples of a minute round off.
+    # Eötvös' term has corners at departure and arrival, which samples of a minute round off.
     corners = np.abs(voyage.time_s[:, None] - [3600.0, 169_200.0]).min(axis=1) < 300.0
     assert np.abs(error[~corners]).max() < 1.01 * wobble + 1e-6
     assert np.abs(error).max() < 1e-3

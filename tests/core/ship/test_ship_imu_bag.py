@@ -25,7 +25,7 @@ def roll_at(time_s: np.ndarray) -> np.ndarray:
 
 @dataclass
 class Sensor:
-    """What an Imu message holds, to be spoiled."""
+    """The fields of an Imu message."""
 
     stamp_ns: int
     orientation: list[float]
@@ -84,9 +84,9 @@ def test_bag_gives_the_measured_motion(tmp_path):
     assert ship.warnings == ()
     felt = attitude(ship.produce(1201))
     expected = roll_at(np.arange(1201) / 20.0)
-    # 0.11 Hz is a harmonic of the mirrored 100 s; the quaternion's rounding, then the DCT's
+    # 0.11 Hz is a harmonic of the mirrored 100 s. The quaternion's rounding, then the DCT's
     np.testing.assert_allclose(felt.roll, expected, rtol=0, atol=1e-14)
-    # of g sin(roll) and g cos(roll) the 4th harmonic lies beyond 0.4 Hz: g 0.1^4/192 = 5e-6
+    # of g sin(roll) and g cos(roll) the 4th harmonic is beyond 0.4 Hz: g 0.1^4/192 = 5e-6
     np.testing.assert_allclose(felt.force_y, 9.8 * np.sin(expected), rtol=0, atol=6e-6)
     np.testing.assert_allclose(felt.force_z, 9.8 * np.cos(expected), rtol=0, atol=6e-6)
 

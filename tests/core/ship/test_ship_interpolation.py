@@ -37,7 +37,7 @@ def test_polynomials_are_reproduced_over_several_samples(slopes, stride):
     found = fitted(stamps, values, rates, begin, stride, regular=True)
     for x in (0.0, 0.3, 1.0):
         at = (stamps[begin] + x * stride * STEP) * 1e-9 * scale
-        # the values have a size of 10 and are off by 1e-15; the windows magnify that little
+        # the values have a size of 10 and are off by 1e-15, and the windows magnify that little
         np.testing.assert_allclose(power.polyval(x, found.T), exact(at), rtol=0, atol=1e-13)
     some = fitted(stamps, values, rates, begin[1::7], stride, regular=True)
     np.testing.assert_array_equal(some, found[1::7])
@@ -45,7 +45,7 @@ def test_polynomials_are_reproduced_over_several_samples(slopes, stride):
 
 @pytest.mark.parametrize('slopes', [False, True])
 def test_polynomials_are_reproduced_at_uneven_samples(slopes):
-    """Degree 7 from four values and slopes, 9 from ten values; windows at the ends one-sided."""
+    """Degree 7 from four values and slopes, 9 from ten values, with one-sided end windows."""
     rng = np.random.default_rng(3)
     exact = np.polynomial.Polynomial(rng.normal(size=8 if slopes else 10))
     stamps = np.arange(20) * STEP + rng.integers(-STEP // 5, STEP // 5, 20)

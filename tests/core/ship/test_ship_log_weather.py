@@ -70,7 +70,7 @@ def test_a_sea_that_the_wind_leaves_is_a_swell_that_decays():
     assert swell == (first.height * math.exp(-24.0 / 36.0), first.period, 270.0)
     assert second[:2] == grown(fetch_of_hours(24.0, 8.0), 8.0)
     assert third.height == 0.0
-    # added in energy, each decayed over the day; period and direction of the higher
+    # added in energy, each decayed over the day, with period and direction of the higher
     parts = swell.height * math.exp(-24.0 / 36.0), second.height * math.exp(-24.0 / 36.0)
     assert older.height == pytest.approx(math.hypot(*parts), rel=1e-12)
     higher = swell if parts[0] > parts[1] else second
@@ -103,7 +103,7 @@ def test_wind_sea_and_swell_keep_directions_at_a_turn():
     before, after = turned
     assert (after.at_ns - before.at_ns) / 1e9 == 600.0
     assert before.speed != after.speed
-    # wind from 113 degrees: its sea runs to 293, as she sees it from her course
+    # wind from 113 degrees: its sea runs to 293
     wind_from = log.entries[13][3]
     for state, at_ns in ((before, before.at_ns), (after, after.at_ns)):
         course = scene.ship.setting(scene).passage_for('', None).course(at_ns)
@@ -116,7 +116,7 @@ def test_wind_sea_and_swell_keep_directions_at_a_turn():
         )
 
 
-def test_a_swell_from_afar_is_there_only_if_it_is_asked_for():
+def test_distant_swell_is_there_only_if_given():
     far = {'significant_wave_height': 1.5, 'peak_period': 11.0, 'waves_to': 1.0}
     plain = load_scene('esperance_to_the_cape')
     asked = load_scene('esperance_to_the_cape', **{'ship.weather.background_swell': far})
@@ -126,7 +126,7 @@ def test_a_swell_from_afar_is_there_only_if_it_is_asked_for():
 
 
 def imu(scene, first, count):
-    """Return samples of the motion; the whole of each is compared."""
+    """Return samples of the motion."""
     motion = ShipMotion(scene)
     motion.produce(first)
     return motion.produce(count)
@@ -151,7 +151,7 @@ def test_a_passage_cut_short_or_in_two_has_the_same_bits():
 
 
 def sailed(scene, parts=1):
-    """Return motion, temperature, positions and readings; each part goes on from a saved state."""
+    """Return motion, temperature, positions and readings. Each part goes on from a saved state."""
     source, stages, found = ShipSource(scene), pipeline(scene), []
     share = -(-source.total // parts)
     while source.produced < source.total:

@@ -306,8 +306,6 @@ class MotionBuffer(Stateful):
         by_samples: bool = False,
         unbalanced: bool = False,
     ) -> None:
-        if not 1 <= stride <= MAX_STRIDE:
-            raise ValueError(f'stride = {stride}: must be in [1, {MAX_STRIDE}]')
         self._apparent_vertical = apparent_vertical and not still
         self._apparent_gravity = apparent_gravity and not still
         self._leans = unbalanced and not still and not apparent_vertical
