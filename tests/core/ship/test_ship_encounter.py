@@ -184,4 +184,8 @@ def test_waves_that_the_ship_meets_too_often_for_the_rate_are_refused():
     slow = {k: v for k, v in ship(**keys).items() if v is not None}
     with pytest.raises(SceneError, match=r'met at 20 m/s, have 2\.4\d* Hz.*Raise ship\.rate'):
         ShipMotion(load_scene('ideal', ship=slow))
-    ShipMotion(load_scene('ideal', ship={**slow, 'speed': 0.0}))
+    at_rest = {**slow, 'speed': 0.0}
+    ShipMotion(load_scene('ideal', ship=at_rest))
+    short = {**at_rest, 'rate': 4.0, 'sea': {**slow['sea'], 'peak_period': 2.0}}
+    with pytest.raises(SceneError, match=r'peak_period = 2\.0.*2 Hz.*ship\.rate.*above 4 Hz'):
+        ShipMotion(load_scene('ideal', ship=short))

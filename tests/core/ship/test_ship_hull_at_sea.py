@@ -175,12 +175,6 @@ def test_a_hull_puts_the_end_of_the_sea_where_she_no_longer_moves(scene: Any) ->
         ({'ship.hull': {'shape': 'sloop', 'length': 440.0}}, 'ship.hull.length', '400'),
         ({'ship.hull': {'length': 30.0}}, 'ship.hull', 'neither a shape nor a path'),
         ({'ship.hull': {'path': 'none.npz'}}, 'ship.hull.path', 'no such file'),
-        ({'ship.hull': {'shape': 'deptford', 'k_yy': 30.0}}, 'ship.hull.k_yy', r'\[4\.4, 26'),
-        (
-            {'ship.hull': {'shape': 'deptford', 'centre_of_gravity': 30.0}},
-            'ship.hull.centre_of_gravity',
-            r'must be in \[-11\.3, 12\.6\] m',
-        ),
         (
             {'ship.hull': {'shape': 'deptford', 'centre_of_gravity': 0.8}},
             'ship.hull.centre_of_gravity',
@@ -194,7 +188,6 @@ def test_a_hull_puts_the_end_of_the_sea_where_she_no_longer_moves(scene: Any) ->
             'does not go with ship.roll',
         ),
         ({'ship.clock': {'forward': 30.0}}, 'ship.clock.forward', 'outside the hull'),
-        ({'ship.clock': {'port': 9.0}}, 'ship.clock.port', 'outside the hull'),
         ({'ship.height': -9.0}, 'ship.height', 'outside the hull'),
         ({'ship.speed': 12.0}, 'ship.speed', 'Froude'),
         ({'ship.roll.natural_period': 2.0}, 'ship.roll.natural_period', 'period'),
@@ -224,27 +217,12 @@ def test_a_hull_with_an_operator_and_without_a_roll_is_refused(scene: Any) -> No
     assert caught.value.key == 'ship.hull'
 
 
-def test_a_damaged_file_of_a_hull_or_one_of_something_else_is_refused(
-    scene: Any, tmp_path: Path
-) -> None:
+def test_a_file_that_is_no_hull_is_refused_by_its_name(scene: Any, tmp_path: Path) -> None:
     file = tmp_path / 'mine.npz'
-    named_hull('sloop').save(file)
-    whole = file.read_bytes()
-    other = tmp_path / 'other.npz'
-    np.savez(other, heading=np.zeros(3))
-    deep = dict(np.load(file))
-    deep['sizes'] = deep['sizes'].copy()
-    deep['sizes'][2] = 9.0  # deeper than her beam of 8.15 m
-    np.savez(tmp_path / 'deep.npz', **deep)
-    for content, said in (
-        (whole[: len(whole) // 2], 'it is not an .npz file, or it is damaged'),
-        (b'a,b\n1,2\n', 'it is not an .npz file'),
-        (other.read_bytes(), 'lacks format'),
-        ((tmp_path / 'deep.npz').read_bytes(), 'deeper than wide|block coefficient'),
-    ):
-        file.write_bytes(content)
-        with pytest.raises(SceneError, match=said):
-            scene(**{'ship.hull': {'path': str(file)}})
+    file.write_bytes(b'a,b\n1,2\n')
+    with pytest.raises(SceneError, match=r'it is not an \.npz file') as caught:
+        scene(**{'ship.hull': {'path': str(file)}})
+    assert str(file) in str(caught.value)
 
 
 def test_heave_beside_a_hull_is_legal_and_changes_nothing(scene: Any) -> None:

@@ -135,7 +135,6 @@ def changed(index: int, row: str) -> str:
 
 REFUSED = [
     ('', {}, r'a\.csv: line 1, column t_s: is missing; the columns are none'),
-    ('t_s,roll_deg\n', {}, r'holds no rows'),
     ('\n'.join(rows(3)), {}, r'has 3 samples, fewer than the 4'),
     (
         '\n'.join(rows()),
@@ -145,16 +144,10 @@ REFUSED = [
     ('\n'.join(rows(header='t_s,t_s')), {'roll_column': 't_s'}, r'roll_column.*_rad or _deg'),
     ('\n'.join(rows()), {'roll_column': 'roll'}, r"roll_column = 'roll'.*_rad or _deg"),
     ('\n'.join(rows()), {'time_column': 't_ms'}, r"time_column = 't_ms'.*end in _s\."),
-    ('\n'.join(rows(header='t_s,t_s,roll_deg')), {}, r'column t_s: is named more than once'),
     (changed(5, '3.0,1.0'), {}, r'line 6: time 3 s.*repeats the time before, 3 s'),
     (changed(5, '2.5,1.0'), {}, r'line 6: time 2\.5 s.*goes back from'),
     (changed(7, '6.0,nan'), {}, r"line 8, roll_deg = 'nan': is not a finite number"),
-    (changed(7, '-inf,1.0'), {}, r"line 8, t_s = '-inf'"),
-    (changed(7, '6.0,calm'), {}, r"line 8, roll_deg = 'calm'"),
-    (changed(7, '6.0,'), {}, r"line 8, roll_deg = ''"),
-    (changed(7, '6.0,1_0'), {}, r"line 8, roll_deg = '1_0'"),
     (changed(7, '6.0,90'), {}, r'line 8: roll = 1\.5708 rad.*within ±1\.5708 rad'),
-    (changed(7, '6.0'), {}, r'line 8: has 1 cells, the header 2'),
     (changed(101, '1e12,1.0'), {'max_gap': 1e13}, r'line 102: .*1e\+12 s, more than 50000000'),
     ('\n'.join(rows()[:40] + rows()[43:]), {}, r'line 41: gap of 4 s.*max_gap = 3\.0 s'),
     ('\n'.join(rows()), {'passband': [0.02, 0.5]}, r'sampled every 1 s.*ends at 0\.5 Hz'),
@@ -177,28 +170,6 @@ def test_heave_in_another_unit_is_refused(tmp_path):
     scene = csv_scene(tmp_path / 'a.csv', text, heave_column='heave_m')
     with pytest.raises(MotionDataError, match=r'line 12: heave = 1000 m.*within ±1000 m'):
         ShipMotion(scene)
-
-
-def test_binary_file_is_refused(tmp_path):
-    scene = csv_scene(tmp_path / 'a.csv', 'x')
-    (tmp_path / 'a.csv').write_bytes(b'\x89PNG\xff\xfe\x00')
-    with pytest.raises(MotionDataError, match='cannot be read as text'):
-        ShipMotion(scene)
-
-
-def test_file_that_went_away_is_refused(tmp_path):
-    scene = csv_scene(tmp_path / 'a.csv', 'x')
-    (tmp_path / 'a.csv').unlink()
-    with pytest.raises(MotionDataError, match='cannot be read: No such file'):
-        ShipMotion(scene)
-
-
-def test_byte_order_mark_and_blank_lines_are_passed_over(tmp_path):
-    text = '\n'.join(rows())
-    plain = ShipMotion(csv_scene(tmp_path / 'a.csv', text)).produce(9)
-    marked = '\ufeff' + text.replace('\n', '\n\n') + '\n\n'
-    odd = ShipMotion(csv_scene(tmp_path / 'b.csv', marked)).produce(9)
-    np.testing.assert_array_equal(odd.orientation, plain.orientation)
 
 
 def test_the_longest_duration_that_is_named_is_accepted():

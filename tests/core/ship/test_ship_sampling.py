@@ -138,7 +138,7 @@ def test_the_accuracy_asked_for_is_reached(name, changes, duration, monkeypatch)
     exact = sail(name, **finest).samples[PHASE].position[:, 1:3]
     scene = load_scene(name, **run)
     half_s = 0.5 * TrochleaStage(scene).nominal_s
-    for asked in ASKED[1:]:
+    for asked in (1e-6, 1e-2):
         voyage = sail(name, **run, **{'solver.accuracy': asked})
         apart = voyage.samples[PHASE].position[:, 1:3] - exact
         found = half_s * np.max(np.abs(apart.sum(axis=1)))

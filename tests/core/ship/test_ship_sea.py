@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from tauto_core.scene import SceneError, Sea, load_scene
-from tauto_core.ship import ShipMotion
+from tauto_core.scene import Sea
 from tauto_core.ship.sea import bretschneider, elevation, jonswap_shape
 
 
@@ -59,15 +58,3 @@ def test_steps_of_frequency_are_uneven_and_follow_the_seed():
     assert not np.isin(first.period, other.period).any()
     assert not np.isin(first.phase, other.phase).any()
     assert np.diff(np.log(first.period)).std() > 0.005
-
-
-def test_waves_too_short_for_the_rate_are_refused():
-    ship = {
-        'kind': 'sea',
-        'rate': 4.0,
-        'sea': {'spectrum': 'jonswap', 'significant_wave_height': 1.0, 'peak_period': 2.0},
-        'roll': {'natural_period': 8.0, 'damping_ratio': 0.1, 'slope_coefficient': 0.5},
-    }
-    scene = load_scene('ideal', ship=ship)
-    with pytest.raises(SceneError, match=r'peak_period = 2\.0.*2 Hz.*ship\.rate.*above 4 Hz'):
-        ShipMotion(scene)

@@ -155,31 +155,23 @@ def test_heave_alone_leaves_the_roll_at_zero():
     assert felt.force_z[100] == pytest.approx(expected, rel=1e-15)
 
 
-def test_metadata_say_what_the_motion_was_made_from():
-    sea = ShipMotion(scene_of('sea')).metadata
-    assert sea['kind'] == 'sea'
-    assert sea['seed'] == scene_of('sea').seed
-    assert sea['significant_wave_height_m'] == scene_of('sea').ship.sea.significant_wave_height
-    assert ShipMotion(scene_of('recorded')).metadata['passband_hz'] == [0.02, 0.4]
+IMPORTED = (
+    ('', {'llvmlite', 'scipy', 'rosbags', 'mcap'}),
+    # importing scipy.interpolate takes longer than all the rest of a warm start
+    ("ShipMotion(load_scene('measured'))", {'scipy'}),
+    ("ShipMotion(load_scene('buoy_44004_supply'))", {'scipy'}),
+)
 
 
-def test_import_is_light():
-    code = (
-        'import sys, tauto_core.ship; '
-        "sys.exit(any(m in sys.modules for m in ('llvmlite', 'scipy', 'rosbags', 'mcap')))"
+@pytest.mark.parametrize(('done', 'slow'), IMPORTED)
+def test_a_ship_imports_nothing_slow(done, slow):
+    scene = 'from tauto_core.scene import load_scene; ' if done else ''
+    code = f'import sys; {scene}from tauto_core.ship import ShipMotion; {done}\n'
+    code = code if done else 'import sys, tauto_core.ship\n'
+    run = subprocess.run(
+        [sys.executable, '-c', f'{code}sys.exit(bool({slow!r} & set(sys.modules)))'], check=False
     )
-    assert subprocess.run([sys.executable, '-c', code], check=False).returncode == 0
-
-
-@pytest.mark.parametrize('name', ['measured', 'buoy_44004_supply'])
-def test_records_and_response_operators_are_read_without_scipy(name):
-    """Importing scipy.interpolate takes longer than all the rest of a warm start."""
-    code = (
-        'import sys; from tauto_core.scene import load_scene; '
-        f"from tauto_core.ship import ShipMotion; ShipMotion(load_scene('{name}')); "
-        "sys.exit('scipy' in sys.modules)"
-    )
-    assert subprocess.run([sys.executable, '-c', code], check=False).returncode == 0
+    assert run.returncode == 0
 
 
 @pytest.mark.parametrize('name', ['second_cam_at_sea', 'involute_weight_at_sea', 'measured'])

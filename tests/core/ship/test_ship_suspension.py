@@ -263,11 +263,20 @@ def same_bits(one, other):
             assert value.tobytes() == getattr(other, name).tobytes(), name
 
 
-@pytest.mark.parametrize('large', [False, True])
+LARGE = {'suspension__large_angles': True}
+WAVE = {'amplitude': 0.25, 'period': 4.3, 'phase': 1.0}
+GIMBALS = {'kind': 'gimbals', 'depth': 0.05, 'gyration_radius': 0.12, 'damping_ratio': 0.05}
+STICKING = {
+    'suspension': GIMBALS | {'friction_angle': 0.08},
+    'ship': {'kind': 'components', 'components': [WAVE], 'rate': 20.0},
+}
+
+
+@pytest.mark.parametrize('changes', [{}, LARGE, STICKING], ids=('small', 'large', 'gimbals'))
 @given(data=st.data())
 @settings(max_examples=10, deadline=None)
-def test_any_split_and_any_resumption_give_the_same_bits(large, data):
-    scene = scene_of(duration=10.0, suspension__large_angles=large)
+def test_any_split_and_any_resumption_give_the_same_bits(changes, data):
+    scene = scene_of(duration=10.0, **changes)
     imu = motion_of(scene)
     hung, origin = Suspension(scene, max_gap_s=1.0), scene.starts_at_ns
     whole = join([hung.feed(imu, origin), hung.finish(origin)])
@@ -284,10 +293,10 @@ def test_any_split_and_any_resumption_give_the_same_bits(large, data):
     same_bits(whole, join([part for part in parts if part is not None]))
 
 
-@pytest.mark.parametrize('large', [False, True])
-def test_the_clock_in_the_case_is_told_all_before_the_end_and_resumes(large):
+@pytest.mark.parametrize('changes', [{}, LARGE], ids=('small', 'large'))
+def test_the_clock_in_the_case_is_told_all_before_the_end_and_resumes(changes):
     """The samples beyond the end suffice, so the graph and the offline run give the same."""
-    scene = scene_of(duration=20.0, suspension__large_angles=large)
+    scene = scene_of(duration=20.0, **changes)
     imu = motion_of(scene)
     whole = TrochleaStage(scene)
     wanted = whole.feed({SHIP_IMU: imu})
@@ -438,27 +447,22 @@ def test_a_rate_too_low_for_wide_swings_is_refused_with_one_that_works():
     assert felt_parts(scene_of(ship__rate=4.0, **changes)) <= 64
 
 
-def test_a_fast_mode_that_cannot_be_sampled_is_refused_before_anything_starts():
+def test_a_fast_mode_too_fast_to_sample_is_refused_with_a_radius():
     scene = scene_of(suspension__gyration_radius=1e-4)
-    for start in (check_scene, TrochleaStage):
+    for start in (check_scene, TrochleaStage, felt_parts):
         with pytest.raises(SceneError, match='at least') as caught:
             start(scene)
         assert caught.value.key == 'suspension.gyration_radius'
-    # 15 625 000 ns has 50 and 100 among its divisors, nothing in between
-    odd = scene_of(ship__rate=64.0, suspension__gyration_radius=1.785e-3)
-    with pytest.raises(SceneError, match='no divisor') as caught:
-        check_scene(odd)
-    assert caught.value.key == 'ship.rate'
-
-
-def test_the_remedy_for_a_fast_mode_works():
-    with pytest.raises(SceneError) as caught:
-        felt_parts(scene_of(suspension__gyration_radius=1e-4))
     words = caught.value.remedy.split()
     radius = float(words[words.index('least') + 1])
     check_scene(scene_of(suspension__gyration_radius=radius * 1.00001))
     with pytest.raises(SceneError):
         check_scene(scene_of(suspension__gyration_radius=radius * 0.99))
+    # 15 625 000 ns has 50 and 100 among its divisors, none in between
+    odd = scene_of(ship__rate=64.0, suspension__gyration_radius=1.785e-3)
+    with pytest.raises(SceneError, match='no divisor') as caught:
+        check_scene(odd)
+    assert caught.value.key == 'ship.rate'
 
 
 @pytest.mark.parametrize(
@@ -544,21 +548,15 @@ def one_by_one(scene):
         hung.feed(take(imu, slice(n, n + 1)), scene.starts_at_ns)
 
 
-def test_the_bag_of_a_suspended_clock_and_its_forecast():
+def test_the_forecast_of_a_suspended_clock_counts_its_case():
     scene = load_scene(NAME, duration=120.0)
-    report = sail(scene).result
-    assert report['propagator'] == 'collocation'
-    assert abs(report['clock']['rate_s_per_day']) < 600.0
-    free = replace_suspension(scene)
-    told = forecast(scene, compile_machine(scene), ShipMotion(scene))
-    before = forecast(free, compile_machine(free), ShipMotion(free))
-    assert told.shortest_wave_s == pytest.approx(math.tau / FAST, rel=1e-12)
-    assert told.run_s > before.run_s
-    assert 0.0 < told.error_s < 1e-6
-
-
-def replace_suspension(scene):
-    return scene.model_copy(update={'suspension': None})
+    free = scene.model_copy(update={'suspension': None})
+    hung, fixed = (
+        forecast(ready, compile_machine(ready), ShipMotion(ready)) for ready in (scene, free)
+    )
+    assert hung.shortest_wave_s == pytest.approx(math.tau / FAST, rel=1e-12)
+    assert hung.run_s > fixed.run_s
+    assert 0.0 < hung.error_s < 1e-6
 
 
 def test_scenes_without_a_suspension_import_nothing_of_it():
