@@ -1,4 +1,4 @@
-"""The motions of a ship in waves from the coefficients of her hull (hull.md)."""
+"""The motions of a ship in waves from the coefficients of a hull (hull.md)."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def unit(ship):
 
 
 @pytest.mark.parametrize('heading', HEADINGS)
-def test_a_long_wave_lifts_and_turns_her_with_its_surface(any_ship, heading):
+def test_a_long_wave_moves_the_ship_with_its_surface(any_ship, heading):
     """But for the panels: their sum is 1.5 % off in pitch, 4 % in roll, a small difference."""
     omega = unit(any_ship) * np.array([0.02])
     found = any_ship.response(omega, heading).motions[0]
@@ -66,12 +66,12 @@ def test_a_long_wave_lifts_and_turns_her_with_its_surface(any_ship, heading):
     assert found[2] == pytest.approx(1.0, abs=1e-3)
     assert found[3] == pytest.approx(slope * math.sin(heading), abs=0.05 * abs(slope))
     assert found[4] == pytest.approx(-slope * math.cos(heading), abs=0.03 * abs(slope))
-    # a particle of water moves in a circle, and she with it
+    # water moves in circles, and the ship with it
     assert found[0] == pytest.approx(-1j * math.cos(heading), abs=0.015)
     assert found[1] == pytest.approx(-1j * math.sin(heading), abs=0.015)
 
 
-def test_a_short_wave_leaves_her_at_rest(any_ship):
+def test_a_short_wave_leaves_the_ship_at_rest(any_ship):
     omega = unit(any_ship) * np.array([4.8, 10.0, 40.0, 400.0])
     for heading in HEADINGS:
         size = np.abs(any_ship.response(omega, heading).accelerations(ClockPlace())).max(axis=1)
@@ -88,7 +88,7 @@ def test_the_response_does_not_jump_where_the_table_ends(any_ship):
             np.testing.assert_allclose(after, before, atol=1e-5 * np.abs(before).max())
 
 
-def test_she_is_the_same_on_both_sides(ship):
+def test_both_sides_are_mirror_images(ship):
     omega = unit(ship) * np.linspace(0.2, 6.0, 25)
     mirror = np.array([1, -1, 1, -1, 1, -1])
     for heading, speed in ((0.3, 0.0), (1.2, 2.0), (2.9, 4.0)):
@@ -139,8 +139,8 @@ TABLE = (  # heading, forward, up, heave, athwart, fore and aft, vertical, freel
 
 
 @pytest.mark.parametrize('row', TABLE)
-def test_what_a_sea_costs_a_weight_by_heading_and_place(ship, row):
-    """Within 5 %, or 0.6 s/day where that is more: so far the two programs agree."""
+def test_the_rate_of_a_weight_by_heading_and_place(ship, row):
+    """Within 5 %, or 0.6 s/day: so far the two programs agree."""
     degrees, forward, up, *wanted = row
     [found] = rate_by_place(
         ship, standard_sea, headings=[math.radians(degrees)], places=[ClockPlace(forward, 0.0, up)]
@@ -170,7 +170,7 @@ def test_the_speed_terms_bring_159_to_179_seconds(ship, monkeypatch):
     assert heave() == pytest.approx(-159.0, abs=1.0)
 
 
-def test_where_her_weights_lie_counts_more_than_what_she_is(deptford):
+def test_weights_change_the_rate_as_hull_md_says(deptford):
     """k_yy 0.22, 0.25, 0.28 L in head seas, z_G -1, 1 m in beam seas (hull.md)."""
     place = [ClockPlace(12.0, 0.0, 3.0)]
     for k_yy, wanted in ((0.22, -36.0), (0.25, -54.0), (0.28, -76.0)):
@@ -189,10 +189,7 @@ SEAS = [(5.0, 1.0), (9.0, 2.5), (12.0, 4.0)]
 @pytest.mark.parametrize(('period', 'height'), SEAS)
 @pytest.mark.parametrize('degrees', [0, 45, 90, 110, 135, 180])
 def test_the_default_cutoff_doubled_changes_no_rate(any_ship, degrees, period, height):
-    """1 % of the rate in each plane of the thread, or 0.2 % of its parts where they cancel.
-
-    As the components of a sea have it: their energy is that of the whole sea.
-    """
+    """1 % of the rate in each plane, or 0.2 % of its parts, scaled to the energy of the sea."""
     length = any_ship.coefficients.length
     places = [ClockPlace(), ClockPlace(0.27 * length, 0.0, 0.07 * length)]
     most, rates = cutoff_for(length, period), []
@@ -235,11 +232,11 @@ def test_a_shape_scales_by_froude(deptford):
         )
 
 
-def test_the_period_of_the_roll_puts_the_centre_of_gravity_in_its_place(any_ship):
+def test_the_roll_period_gives_the_centre_of_gravity(any_ship):
     hull = any_ship.coefficients
     metacentre = hull.second_moments[0] / hull.volume + hull.buoyancy[1]
     assert any_ship.z_g == pytest.approx(metacentre - any_ship.gm, rel=1e-12)
-    # the roll is largest where its period is
+    # the roll peaks at its period
     omega = np.linspace(0.5, 2.0, 3001) * math.tau / any_ship.roll_period
     weak = replace(any_ship, roll_damping_ratio=0.01)
     slope = omega**2 / weak.gravity
@@ -257,8 +254,8 @@ def test_no_motion_takes_energy_from_calm_water(name):
 
 
 @pytest.mark.parametrize('name', SHAPES)
-def test_the_damping_is_what_the_exciting_forces_say(name):
-    """Haskind: the waves that she makes by moving are those by which waves move her."""
+def test_damping_obeys_haskinds_relation(name):
+    """Within 3.5 %, the error of the panels."""
     hull = named_hull(name)
     radiated = hull.radiated_damping()
     for j in range(6):
@@ -281,8 +278,8 @@ def test_the_encounter_is_that_of_the_course(ship):
 
 
 @pytest.mark.parametrize('heading', [0.5 * math.pi, 1.5 * math.pi])
-def test_she_rolls_in_long_waves_as_the_roll_equation_says(deptford, heading):
-    """The same signs and phases as sea.md, whose slope coefficient is then nearly 1."""
+def test_long_waves_roll_the_ship_as_the_roll_equation(deptford, heading):
+    """Signs and phases of sea.md, with a slope coefficient of nearly 1."""
     ship = Hull(deptford, 11.0, 0.08)
     omega = np.array([0.15, 0.2, 0.25])
     waves = Harmonics(np.ones(3), math.tau / omega, np.array([0.3, 1.0, 5.0]))
@@ -295,7 +292,7 @@ def test_she_rolls_in_long_waves_as_the_roll_equation_says(deptford, heading):
     np.testing.assert_allclose(found.amplitude, wanted.amplitude, rtol=0.1)
 
 
-def test_a_sum_of_waves_shakes_the_clock_as_the_spectrum_says(ship):
+def test_a_sum_of_waves_has_the_mean_squares_of_the_spectrum(ship):
     """Accelerations by the harmonics of each place have the mean squares of the integral."""
     random = np.random.default_rng(3)
     edges = np.linspace(0.3, 3.0, 1201)
@@ -315,7 +312,7 @@ def test_a_sum_of_waves_shakes_the_clock_as_the_spectrum_says(ship):
         assert scale[column] * mean_square == pytest.approx(wanted[column], rel=0.02)
 
 
-def test_a_wave_that_stands_still_beside_her_moves_her_by_its_surface_alone(ship):
+def test_motions_are_bounded_at_zero_encounter_frequency(ship):
     """In following seas omega_e passes zero: motions stay bounded, accelerations vanish."""
     speed = 5.0
     still = STANDARD_GRAVITY / speed
@@ -332,8 +329,8 @@ def test_a_wave_that_stands_still_beside_her_moves_her_by_its_surface_alone(ship
     np.testing.assert_allclose(after, before, atol=1e-4)
 
 
-def test_she_heaves_in_a_wave_that_stands_still_as_far_as_it_lifts_her(ship):
-    """C X = F, but for the force that her own waves would make."""
+def test_heave_is_static_at_zero_encounter_frequency(ship):
+    """C X = F, apart from the force of radiated waves."""
     hull, speed = ship.coefficients, 5.0
     omega = np.array([STANDARD_GRAVITY / speed])
     heave = ship.response(omega, 0.0, speed).motions[0, 2]
@@ -342,7 +339,7 @@ def test_she_heaves_in_a_wave_that_stands_still_as_far_as_it_lifts_her(ship):
     assert heave == pytest.approx(static, rel=0.02)
 
 
-def test_what_she_overtakes_is_damped_as_well(ship):
+def test_overtaken_waves_are_damped_as_well(ship):
     """Beyond omega_e = 0 damping takes energy too: at the roll's resonance more means less."""
     omega = np.linspace(2.7, 3.0, 50)
     weak, strong = (
@@ -476,7 +473,7 @@ def form(block, waterplane=None):
 
 
 @pytest.mark.parametrize('block', [0.3, 0.5, 0.96])
-def test_the_waterplane_that_follows_from_the_block_lies_within_its_own_limits(block):
+def test_the_default_waterplane_is_within_its_limits(block):
     p, q = form(block).exponents()
     assert p / (p + 1.0) * q / (q + 1.0) == pytest.approx(block)
 

@@ -1,6 +1,6 @@
-"""Coefficients of a hull from boundary elements: the panels, and what is refused.
+"""Coefficients of a hull from boundary elements: panels and refusals.
 
-That the numbers are right is held for the shipped tables (test_hull) and by `make stress`.
+`test_hull` checks the shipped tables, `make stress` the method.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class TestWithCapytaine:
         lines += ['0 0 0 0']
         path.write_text('\n'.join(lines) + '\n')
 
-    def test_the_panels_of_wigleys_hull_have_its_volume_and_waterplane(self):
+    def test_wigleys_panels_have_its_volume_and_waterplane(self):
         mesh = hull_bem.form_mesh(WIGLEY, 40, 20)
         volume = 4.0 / 9.0 * 10.0 * 1.0 * 0.625
         assert np.array(mesh.volumes) == pytest.approx(volume, rel=3e-3)

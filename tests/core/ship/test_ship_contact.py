@@ -53,7 +53,7 @@ def swung(bearing, tilt):
     return CaseMotion(*[*before, after.sway, after.lift]), after
 
 
-def test_what_presses_is_the_contact_force_of_the_full_equations():
+def test_the_contact_force_is_that_of_the_full_equations():
     """The reference is `machines.axle_pendulum`, which has the equations in another form."""
     rng = np.random.default_rng(1)
     theta, phi, theta_rate, phi_rate, sway, lift = rng.normal(size=(6, 50))
@@ -68,9 +68,7 @@ def test_what_presses_is_the_contact_force_of_the_full_equations():
 
 
 def test_slopes_are_those_of_the_motion():
-    """The reference is differences of fourth order over 0.1 ms, good to some 1e-9 of the
-    largest.
-    """
+    """Against differences of fourth order over 0.1 ms, good to some 1e-9 of the largest."""
     bearing = shaken(3, 1.0, 1.0, 500)
     _, after = swung(bearing, 0.1)
     felt = force_at(bearing, bearing.end)
@@ -84,9 +82,7 @@ def test_slopes_are_those_of_the_motion():
 
 @pytest.mark.parametrize('tilt', [0.05, 0.2, 0.35])
 def test_a_loss_is_found_where_the_exact_motion_has_it(tilt):
-    """Parts of 6.25 ms give the same time as parts 64 times as fine; the cubic is wrong by 1e-3
-    of a swing of P.
-    """
+    """Against parts 64 times as fine. The cubic is wrong by 1e-3 of a swing of P."""
     coarse, fine = (shaken(40, 2.0, 5.0, parts) for parts in (PARTS, 64 * PARTS))
     _, motion = swung(fine, tilt)
     p = pressing(CASE, motion, *fine.at_ends())
@@ -94,14 +90,12 @@ def test_a_loss_is_found_where_the_exact_motion_has_it(tilt):
     assert np.any(p <= 0.0)
     before, after = swung(coarse, tilt)
     found = lost_at(CASE, coarse, before, after)
-    # to a part of the fine ones, besides
+    # within a fine part
     assert found == pytest.approx(exact, abs=3e-4)
 
 
 def test_a_dip_between_two_samples_is_seen():
-    """The bearing falls with g only in the middle of a part; at both of its ends the body
-    presses.
-    """
+    """The bearing falls with g only in the middle of a part. At both ends the body presses."""
     parts_s = PIECE_NS * 1e-9 / PARTS
     for depth in (1e-3, -1e-3):
         # g + z̈ = 1 (x − x₀)² − depth, in m/s2 over the piece
@@ -127,7 +121,7 @@ numbers = st.floats(-3.0, 3.0)
 @settings(deadline=None, max_examples=50)
 @given(st.lists(st.tuples(numbers, numbers, numbers, numbers), min_size=1, max_size=4))
 def test_the_first_root_of_any_cubics(rows):
-    """The reference is the cubics on a fine grid; dips as small as rounding do not count."""
+    """The reference is the cubics on a fine grid. Dips as small as rounding do not count."""
     ends, slopes = np.array(rows).T.reshape(2, 2, -1)
     x = np.linspace(0.0, 1.0, 2001)
     values = [

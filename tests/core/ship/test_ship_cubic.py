@@ -1,4 +1,4 @@
-"""The curves through points are those of scipy.interpolate, which is slow to import."""
+"""Splines and Akima curves against scipy.interpolate, which is slow to import."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ def points(n: int, gaps: tuple[float, float]) -> tuple[np.ndarray, np.ndarray, n
 @pytest.mark.parametrize('n', [4, 5, 6, 500])
 @pytest.mark.parametrize('gaps', [(0.9, 1.1), (0.001, 3.0)])
 def test_the_spline_is_scipys(n, gaps):
-    """SciPy pivots where steps differ much, and then the two differ by rounding."""
+    """If steps differ much, SciPy pivots, and the two differ by rounding."""
     x, y, at = points(n, gaps)
     expected = CubicSpline(x, y)(at)
     rounding = 1e-13 * np.max(np.abs(expected))
@@ -37,14 +37,14 @@ def test_splines_through_columns_have_the_bits_of_each():
 @pytest.mark.parametrize('gaps', [(0.9, 1.1), (0.001, 3.0)])
 def test_akimas_curve_is_scipys(n, gaps):
     x, y, at = points(n, gaps)
-    y[n // 3 : n // 2] = 1.0  # a straight run, where the weights vanish
+    y[n // 3 : n // 2] = 1.0  # a straight run has zero weights
     expected = Akima1DInterpolator(x, y)(at)
     rounding = 1e-14 * np.max(np.abs(expected))
     np.testing.assert_allclose(akima(x, y, at), expected, rtol=0, atol=rounding)
 
 
 def test_the_spline_reads_no_memory_that_nobody_has_written(monkeypatch):
-    """NumPy's empty arrays hold what was there before, as a rule finite numbers."""
+    """NumPy's empty arrays hold old memory, usually finite numbers."""
     x, y, at = points(20, (0.9, 1.1))
     expected, empty = spline(x, y, at), np.empty
 

@@ -60,7 +60,7 @@ def test_some_waves_are_overtaken():
 
 @pytest.mark.parametrize('course', COURSES, ids=str)
 def test_roll_under_way_solves_its_equation(course):
-    """The slope to port where the ship is, d/dy of a cos(omega t - k (x cos mu + y sin mu))."""
+    """The slope to port at the ship, d/dy of a cos(omega t - k (x cos mu + y sin mu))."""
     w = waves().angular_frequency
     across = w**2 / G * math.sin(course.heading)
     slope = np.sum(waves().amplitude * across * np.sin(angles(course)), axis=1)
@@ -100,7 +100,7 @@ def test_an_operator_answers_as_the_equation_that_it_is_of(course):
     found = operator_answer(waves(), rao, course, heave=False)
     expected = at(roll_answer(waves(), ROLL, course))
     assert (found.above, found.below) == (0.0, 0.0)
-    # Akima between 6000 values; the rolls reach some hundredths of a radian
+    # Akima between 6000 values. The rolls reach some hundredths of a radian
     np.testing.assert_allclose(at(answer(found, 'roll', course)), expected, rtol=0, atol=1e-6)
     # head seas roll no ship
     assert np.abs(expected).max() > 1e-3 or course.heading == math.pi
@@ -135,7 +135,7 @@ def ship(**keys: object) -> dict[str, object]:
     return {'kind': 'sea', 'sea': sea, 'rao': rao, **keys}
 
 
-def test_waves_shorter_than_those_of_the_operator_do_not_move_the_ship_and_are_told():
+def test_waves_beyond_the_operator_are_left_out_and_reported():
     for speed in (4.0, 10.0):
         scene = load_scene('ideal', ship=ship(speed=speed), duration=60.0)
         motion = sea_motion(scene, scene.ship)
@@ -151,7 +151,7 @@ def test_waves_shorter_than_those_of_the_operator_do_not_move_the_ship_and_are_t
     assert ShipMotion(load_scene('ideal', ship=ship(), duration=60.0)).warnings == ()
 
 
-def test_a_sea_shorter_than_all_of_the_operator_leaves_the_ship_at_rest():
+def test_a_sea_beyond_the_operator_leaves_the_ship_at_rest():
     sea = {'spectrum': 'bretschneider', 'significant_wave_height': 0.1, 'peak_period': 0.9}
     scene = load_scene('ideal', ship=ship(sea=sea, heave=True), duration=60.0)
     motion = ShipMotion(scene)
@@ -159,8 +159,8 @@ def test_a_sea_shorter_than_all_of_the_operator_leaves_the_ship_at_rest():
     assert not np.diff(motion.produce(100).linear_acceleration, axis=0).any()
 
 
-def test_waves_longer_than_those_of_the_operator_lift_and_heel_her_as_their_surface_does():
-    """In following seas, whose encounter frequency passes 0: the heel is static, none is lost."""
+def test_waves_longer_than_the_operators_move_the_ship_statically():
+    """In following seas, at encounter frequencies around 0: the heel is static."""
     rao = operator_of_the_equation(0.7)
     inside = np.array(rao.angular_frequency) > 0.25
     cut = {
@@ -178,7 +178,7 @@ def test_waves_longer_than_those_of_the_operator_lift_and_heel_her_as_their_surf
     np.testing.assert_allclose(size, 1.23, atol=0.02)
 
 
-def test_waves_that_the_ship_meets_too_often_for_the_rate_are_refused():
+def test_waves_too_short_for_the_rate_are_refused():
     roll = {'natural_period': 11.0, 'damping_ratio': 0.1, 'slope_coefficient': 0.7}
     keys = {'rao': None, 'roll': roll, 'heading': math.pi, 'speed': 20.0, 'rate': 2.0}
     slow = {k: v for k, v in ship(**keys).items() if v is not None}

@@ -54,7 +54,7 @@ def pieces(seconds, step_s=0.01):
 def simulated(times, damping, friction, pull=None, released=0.0):
     """φ and the wheel's ψ at the times by DOP853 between events, and how often the pivots held.
 
-    The wheel feels P b (ψ − φ)/I = pull(t, φ, φ̇, φ̈) (ψ − φ); None: it stands still.
+    The wheel feels P b (ψ − φ)/I = pull(t, φ, φ̇, φ̈) (ψ − φ), or stands still without `pull`.
     """
     sway, lift, _, rho1, _ = ship_at(0.0)
     tilt = math.atan2(-sway, lift)
@@ -137,7 +137,7 @@ def test_pivots_that_hold_throughout_take_the_case_with_the_ship():
     late = bearing.end_ns > 10**9
     rho = np.array([ship_at(t)[2:] for t in bearing.end_ns[late] * 1e-9])
     np.testing.assert_allclose(np.ptp(found.phi[late] - rho[:, 0]), 0.0, atol=1e-13)
-    # derivatives of the fitted polynomials, whose rounding the step divides once and twice
+    # derivatives of the fitted polynomials: the step divides their rounding once and twice
     np.testing.assert_allclose(found.phi_rate[late], rho[:, 1], rtol=0, atol=1e-10)
     np.testing.assert_allclose(found.phi_bend[late], rho[:, 2], rtol=0, atol=1e-6)
 
@@ -173,7 +173,7 @@ def wheel_of(scene):
 
 @pytest.mark.parametrize('power', ['weight', 'force'])
 def test_the_wheel_in_gimbals_follows_dop853(power):
-    """Case and wheel together; the samples of the case cost 1e-11 of the swing."""
+    """Case and wheel together. The samples of the case cost 1e-11 of the swing."""
     scene = scene_of(power, damping_ratio=0.1)
     damping = 0.2 * OMEGA
     wheel = wheel_of(scene)
@@ -199,11 +199,11 @@ def test_the_wheel_in_gimbals_follows_dop853(power):
 
 @pytest.mark.parametrize(('power', 'close'), [('weight', 6e-6), ('force', 4e-7)])
 def test_the_wheel_in_gimbals_that_stick_follows_dop853(power, close):
-    """Where pivots hold, or slide the other way, φ̈ jumps by up to 2f = 2.3 rad/s².
+    """When pivots hold, or slide the other way, φ̈ jumps by up to 2f = 2.3 rad/s².
 
     A polynomial between samples h = 6.25 ms apart then errs by some jump · h²/8, 1e-5 rad, for a
-    step or two; a weight feels φ̈ itself. Elsewhere both agree to 1e-11. Some 1e-6 rad for each of
-    half a jump a second, of either sign, are 3e-5 s/day.
+    step or two. A weight depends on φ̈ itself. Elsewhere both agree to 1e-11. Some 1e-6 rad for
+    each of half a jump a second, of either sign, are 3e-5 s/day.
     """
     scene = scene_of(power, friction_angle=0.04)
     wheel = wheel_of(scene)
@@ -221,7 +221,7 @@ def test_the_wheel_in_gimbals_that_stick_follows_dop853(power, close):
 
 
 def test_gimbals_keep_the_plane_upright_on_a_ship_that_pitches():
-    """At rest, with the bow and starboard down: gravity acts in full, and nothing aside."""
+    """At rest, with the bow and starboard down: gravity acts in full along the case."""
     roll, pitch = 0.1, 0.2
     sr, cr, sp, cp = (of(0.5 * angle) for angle in (roll, pitch) for of in (math.sin, math.cos))
     turned = [sr * cp, cr * sp, -sr * sp, cr * cp]

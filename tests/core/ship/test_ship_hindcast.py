@@ -171,7 +171,7 @@ def test_files_of_the_store_and_from_grib_are_read(tmp_path, form):
     assert other.air.celsius == plain.air.celsius
 
 
-def test_a_track_over_greenwich_and_one_over_the_date_line_have_no_seam(tmp_path):
+def test_tracks_over_greenwich_and_the_date_line_have_no_seam(tmp_path):
     def steady(name, values, east):
         return values - LINEAR[name][2] * (east + 20.0)
 
@@ -188,7 +188,7 @@ def test_a_track_over_greenwich_and_one_over_the_date_line_have_no_seam(tmp_path
         np.testing.assert_allclose(heights, linear('swh', hours, north, -20.0), rtol=1e-10)
 
 
-def test_the_peak_follows_from_the_mean_period_of_bretschneiders_spectrum(tmp_path):
+def test_the_peak_follows_from_bretschneiders_mean_period(tmp_path):
     scene = scene_of(written(tmp_path / 'era5.nc', ['swh', 'mwp', 'mwd']))
     at = track(scene, scene.ship.weather.time[1:-1])
     periods = np.array([row[0][1] for row in scene.ship.weather.seas[1:-1]])
@@ -310,7 +310,7 @@ def test_a_file_with_a_fault_is_refused_once_by_field_and_value(tmp_path, change
     assert refused.value.remedy
 
 
-def test_archives_grib_and_pieces_of_files_are_refused_by_what_they_are(tmp_path):
+def test_other_and_damaged_files_are_refused_by_their_format(tmp_path):
     whole = written(tmp_path / 'whole.nc', ['swh', 'pp1d', 'mwd']).read_bytes()
     for content, said in (
         (b'PK\x03\x04 and more', 'is a ZIP archive, not NetCDF. Unpack it'),
@@ -326,7 +326,7 @@ def test_archives_grib_and_pieces_of_files_are_refused_by_what_they_are(tmp_path
 
 
 def sparse(path, times, places):
-    """Write a small file of wide axes, whose fields are one fill value."""
+    """Write a small file of wide axes with one fill value."""
     import h5netcdf
 
     with h5netcdf.File(path, 'w') as file:
@@ -350,9 +350,7 @@ def sparse(path, times, places):
         (100, 100_000, 'swh: has more than 50,000,000 values around four days of the track'),
     ],
 )
-def test_a_small_file_with_endless_axes_is_refused_before_it_is_read(
-    tmp_path, times, places, said
-):
+def test_a_small_file_with_huge_axes_is_refused_unread(tmp_path, times, places, said):
     with pytest.raises(SceneError, match=said):
         scene_of(sparse(tmp_path / 'era5.nc', times, places))
 
@@ -392,7 +390,7 @@ def test_the_voyage_must_have_a_day(tmp_path):
         parse_scene(text[: text.index('voyage:')], 'it')
 
 
-def test_the_scene_has_its_rows_and_the_same_motion_without_the_file(tmp_path):
+def test_a_scene_keeps_rows_and_motion_without_the_file(tmp_path):
     file = written(tmp_path / 'era5.nc', ['swh', 'pp1d', 'mwd', 't2m'])
     scene = scene_of(file, file)
     short = scene_of(file, duration=60_000.0)

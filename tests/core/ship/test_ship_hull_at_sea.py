@@ -77,7 +77,7 @@ def test_mean_squares_of_the_series_are_those_of_the_spectrum(scene: Any) -> Non
 
 
 def rates(ready: Scene) -> tuple[float, float]:
-    """Return the rate of the dial, and that of sqrt(|f|/g) along the thread's plane [s/day]."""
+    """Return the dial's rate, and the mean of sqrt(|f|/g) - 1 in the thread's plane [s/day]."""
     from tauto_core.ship.imu import force_in_plane
 
     assert ready.trochlea is not None
@@ -99,9 +99,9 @@ def scene_on_land(ready: Scene) -> Scene:
     ('plane', 'printed'), [('vertical', -53.8), ('free', -46.8), ('ship', -91.0)]
 )
 def test_a_weight_in_head_seas_loses_by_its_plane(scene: Any, plane: str, printed: float) -> None:
-    """Third row of hull.md's table; its hull has another centre of gravity, by a metre or so."""
+    """Third row of hull.md's table. Its hull has another centre of gravity, by a metre or so."""
     found, felt = rates(scene(**{'trochlea.plane': plane}))
-    # waves of 9 s are slow beside a swing of 1 s: the next order is (1/9)², of a third
+    # waves of 9 s are slow compared with a swing of 1 s: the next order is (1/9)², of a third
     assert found == pytest.approx(felt, rel=0.03)
     # ten hours of 64 waves have the mean square of the spectrum to some per cent
     assert found == pytest.approx(printed, rel=0.08)
@@ -117,7 +117,7 @@ def test_a_clock_driven_by_a_force_does_not_feel_the_hull(scene: Any) -> None:
             'ship.roll.damping_ratio': 0.9,
         }
     )
-    # in head seas she does not roll, so nothing turns the case; the dial is read to 1e-9 s
+    # head seas leave roll and case alone. The dial is read to 1e-9 s
     at_sea, on_land = (sail(each).result['clock'] for each in (ready, scene_on_land(ready)))
     assert at_sea['rate_s_per_day'] == pytest.approx(on_land['rate_s_per_day'], abs=1e-6)
 
@@ -147,8 +147,8 @@ def test_the_scene_of_a_bag_contains_the_file_of_the_hull(scene: Any, tmp_path: 
     np.testing.assert_array_equal(ours.linear_acceleration, theirs.linear_acceleration)
 
 
-def test_a_hull_puts_the_end_of_the_sea_where_she_no_longer_moves(scene: Any) -> None:
-    """Waves of a tenth of her 44 m; a given cutoff stands, and the scene of a bag has the same."""
+def test_a_hull_sets_the_cutoff_of_the_sea(scene: Any) -> None:
+    """Waves of a tenth of 44 m. A given cutoff stands, and a bag keeps it."""
     ready = scene()
     shortest = 2.0 * math.pi * G / (ready.ship.sea.cutoff * 2.0 * math.pi / 9.0) ** 2
     assert shortest == pytest.approx(4.4, rel=1e-12)
@@ -232,9 +232,9 @@ def test_heave_beside_a_hull_is_legal_and_changes_nothing(scene: Any) -> None:
     np.testing.assert_array_equal(plain.linear_acceleration, asked.linear_acceleration)
 
 
-# at 40 m/s she also meets waves too fast for her samples, and more samples would not help
+# at 40 m/s waves are also too fast for the samples, and more samples would not help
 @pytest.mark.parametrize('speed', [9.0, 40.0])
-def test_a_leg_on_which_she_sails_too_fast_is_named(scene: Any, speed: float) -> None:
+def test_a_leg_that_is_too_fast_is_named(scene: Any, speed: float) -> None:
     voyage = {'departure': [0.0, 0.0], 'arrival': [0.0, 5.0], 'sails_at': 0.0, 'speed': speed}
     states = [{'at': 60.0, 'significant_wave_height': 1.0, 'peak_period': 9.0}]
     weather = {'kind': 'states', 'follow_route': True, 'states': states}

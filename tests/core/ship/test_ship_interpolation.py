@@ -71,7 +71,7 @@ def product(u, stride, slopes):
 def test_error_of_a_wave_is_that_of_the_remainder(slopes, stride):
     """(Ωh)^w |ω(u)|/w! bounds the error, and some wave comes near.
 
-    The remainder takes a mean of the w-th derivative over the window, whose spread of about w/12
+    The remainder takes a mean of the w-th derivative over the window. The spread of about w/12
     samples squared leaves exp(−(Ωh)² w/24) of a wave, > 0.55 at 8 samples a cycle.
     """
     wave, size = 2 * math.pi / 8, conditions(stride, slopes)

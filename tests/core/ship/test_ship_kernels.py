@@ -13,7 +13,7 @@ ROUNDING = 2.0**-53
 
 
 def forces(angles, size=9.8):
-    """Return forces whose direction in the case is about these angles."""
+    """Return forces at about these directions in the case."""
     return np.stack([0.0 * angles, -size * np.sin(angles), size * np.cos(angles)], axis=1)
 
 
@@ -35,7 +35,7 @@ def test_directions_are_right_to_two_roundings(widest):
     np.testing.assert_allclose(size, 9.8, rtol=4.0 * ROUNDING)
 
 
-def test_where_next_to_nothing_is_felt_a_thread_leans_no_further_and_turns_by_steps():
+def test_direction_and_pull_are_smooth_down_to_weightlessness():
     """From 2 m/s² upwards to 2 downwards, 0.3 across: direction and pull are smooth."""
     up = np.linspace(2.0, -2.0, 4001)
     tilt, pull = directions(np.stack([0.0 * up, 0.0 * up - 0.3, up], axis=1))

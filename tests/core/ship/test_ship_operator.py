@@ -45,7 +45,7 @@ def waves(omega: FloatArray) -> Harmonics:
 def test_long_waves_move_the_supply_vessel_as_they_move_water(degrees: int) -> None:
     """Orbits of the surface, -i along the waves, and its slope, i k: 62.8 s, by continuation.
 
-    The lowest frequency of the table has waves of 5.6 km; the roll in them is 1.6 times the slope
+    The lowest frequency of the table has waves of 5.6 km. The roll in them is 1.6 times the slope
     (README of the data), the pitch 1.03 times.
     """
     heading = math.radians(degrees)
@@ -58,7 +58,7 @@ def test_long_waves_move_the_supply_vessel_as_they_move_water(degrees: int) -> N
     assert got['sway'] == pytest.approx(-1j * across, abs=0.03)
     assert got['pitch'] == pytest.approx(1.03j * k * along, abs=0.03 * k)
     assert got['roll'] == pytest.approx(-1.62j * k * across, abs=0.03 * k)
-    # a slender ship turns with the orbits athwart along her: d/dx of -i sin β e^{-ikx cos β}
+    # a slender ship turns with the orbits athwart: d/dx of -i sin β e^{-ikx cos β}
     assert got['yaw'] == pytest.approx(-k * along * across, abs=0.1 * k)
     assert (found.above, found.below) == (0.0, 1.0)
 
@@ -66,7 +66,7 @@ def test_long_waves_move_the_supply_vessel_as_they_move_water(degrees: int) -> N
 @pytest.mark.parametrize(
     ('degrees', 'heave', 'other', 'at'), [(90, -22.9, 14.3, 1), (180, -2.9, 4.3, 0)]
 )
-def test_what_the_supply_vessel_costs_a_weight(
+def test_the_rate_of_a_weight_in_the_supply_vessel(
     degrees: int, heave: float, other: float, at: int
 ) -> None:
     """The figures of hull.md, from the same data by another program: s/day, amidships."""
@@ -79,7 +79,7 @@ def test_what_the_supply_vessel_costs_a_weight(
     def part(name: str) -> float:
         return trapezoid(square * np.abs(found.motions[name]) ** 2, omega)
 
-    # beyond 4.5 times the peak's frequency there is nothing, and hers ended at 4
+    # 4.5 times the peak frequency against 4 there: negligible energy between
     assert -part('heave') / 8.0 == pytest.approx(heave, abs=0.2)
     assert part(MOTIONS[at]) / 4.0 == pytest.approx(other, abs=0.1)
 
@@ -108,14 +108,14 @@ def table_of(hull: Hull, path: Path, headings: list[float], speeds: list[float])
         # halfway between two speeds and headings, linear
         ([2.0, 3.0], 2.5, 125.0, 0.06),
         ([2.0, 3.0], 3.0, 310.0, 1e-3),
-        # in following seas of 5 s and less she overtakes the waves
+        # in following seas of 5 s and less the ship overtakes the waves
         ([5.0], 5.0, 20.0, 1e-3),
     ],
 )
 def test_an_operator_of_a_hull_moves_a_ship_as_the_hull_does(
     tmp_path: Path, speeds: list[float], speed: float, degrees: float, within: float
 ) -> None:
-    """All readings of the IMU; Akima between values 0.01 rad/s apart."""
+    """All readings of the IMU, with Akima between values 0.01 rad/s apart."""
     hull = Hull(named_hull('deptford'), 11.0, 0.2)
     beside = sorted(
         {10.0 * f(min(degrees, 360.0 - degrees) / 10.0) for f in (math.floor, math.ceil)}
@@ -140,7 +140,7 @@ def test_an_operator_of_a_hull_moves_a_ship_as_the_hull_does(
         assert np.std(found - wanted) < within * np.std(wanted - middle)
 
 
-def test_what_a_file_lacks_does_not_move(tmp_path: Path) -> None:
+def test_motions_missing_in_a_file_are_zero(tmp_path: Path) -> None:
     rows = ['heading_deg,omega_radps,pitch_re,pitch_im', '180,0.1,0,0.001', '180,3,0,0']
     (tmp_path / 'x.csv').write_text('\n'.join(rows) + '\n')
     ready = scene({'path': str(tmp_path / 'x.csv'), 'heading': math.pi}, clock={'forward': 10.0})
@@ -170,7 +170,7 @@ def passage(rao: dict[str, Any], **keys: object) -> Scene:
 
 
 @pytest.mark.parametrize('rao', [{'path': SIX}, {'path': ROLL_AND_HEAVE, 'heading': 1.75}])
-def test_the_passage_sails_by_an_operator_and_says_what_it_leaves_open(
+def test_a_passage_by_an_operator_reports_waves_left_out(
     rao: dict[str, Any],
 ) -> None:
     motion = ShipMotion(passage(rao))

@@ -34,7 +34,7 @@ def scene(components: int = 64, **keys: object):
 
 @pytest.mark.parametrize('components', [1, 3, 64, 2000])
 def test_components_have_the_height_of_the_spectrum(components):
-    """Hs = 4 sqrt(m0) with m0 the trapezoidal sum, exactly that of a linear interpolant."""
+    """Hs = 4 sqrt(m0) with m0 the trapezoidal sum, exact for a linear interpolant."""
     sea = measured(components)
     rows = zip(map(Fraction, sea.frequency), map(Fraction, sea.energy_density), strict=True)
     m0 = sum((b[0] - a[0]) * (a[1] + b[1]) / 2 for a, b in pairwise(rows))
@@ -60,7 +60,7 @@ def test_energy_below_a_frequency_is_the_integral():
     sea = SpectrumTable(
         spectrum='table', source='x', frequency=(0.1, 0.2, 0.4), energy_density=(0.0, 2.0, 1.0)
     )
-    # triangle 0.1, its first quarter 0.025; trapezoid to 0.3: 0.1 (2 + 1.5)/2
+    # triangle 0.1, its first quarter 0.025, trapezoid to 0.3: 0.1 (2 + 1.5)/2
     found = energy_below(sea, np.array([0.1, 0.15, 0.2, 0.3, 0.4]))
     np.testing.assert_allclose(found, [0.0, 0.025, 0.1, 0.275, 0.4], rtol=1e-14, atol=1e-17)
 
@@ -76,7 +76,7 @@ def test_the_band_ends_where_the_energy_does():
 
 def test_a_long_record_has_height_and_peak_of_the_spectrum():
     """Twelve hours of elevation at 2 Hz. The beats of neighbours, 0.001 Hz and more apart, leave
-    about 1 % of the energy; the windows of the estimate resolve 0.002 Hz, the table 0.01 Hz."""
+    about 1 % of the energy. The windows of the estimate resolve 0.002 Hz, the table 0.01 Hz."""
     waves = elevation(measured(200), 11)
     record = SampledHarmonics(waves, 500_000_000).between(0, 86_400, 0)[0]
     height, period = height_and_period(measured())
@@ -90,8 +90,8 @@ def test_a_long_record_has_height_and_peak_of_the_spectrum():
 
 
 def test_the_supply_vessel_rolls_as_published():
-    """Beside the data: 0.43 to 0.51 deg RMS in the three measured seas, beam, at rest; this one
-    rolls it most. A sum over the rows of the table gives 0.5135."""
+    """README of the data: 0.43 to 0.51 deg RMS in three measured beam seas, this one the
+    largest. A sum over the rows of the table gives 0.5135."""
     ready = scene(1000)
     roll = sea_motion(ready, ready.ship).roll
     rms = np.degrees(np.sqrt(np.sum(roll.amplitude**2) / 2.0))

@@ -33,7 +33,7 @@ def rows(n: int = 101, step: float = 1.0, header: str = 't_s,roll_deg') -> list[
     return [header, *(f'{step * i:.6f},{np.sin(0.6 * step * i):.9f}' for i in range(n))]
 
 
-def test_passband_keeps_what_is_inside_and_drops_the_rest_exactly():
+def test_the_passband_separates_harmonics_exactly():
     """Cosines n/(2 length) are the harmonics of the mirrored record: no leakage at all."""
     time = np.arange(201) * 0.5
     kept = 0.3 * np.cos(2 * np.pi * 0.05 * time) - 0.1 * np.cos(2 * np.pi * 0.4 * time)
@@ -68,7 +68,7 @@ def test_derivatives_are_those_of_the_curve():
 
 
 def test_measured_ship_rolls_as_recorded():
-    """nbp1406: port side up is positive, as here; all but the highest frequencies kept."""
+    """nbp1406: port side up is positive, as here. All but the highest frequencies kept."""
     shipped = load_scene('measured').ship.model_dump()
     shipped['recorded'] |= {'passband': [0.0, 0.49], 'heave_column': None}
     scene = load_scene('measured', ship=shipped)
@@ -76,7 +76,7 @@ def test_measured_ship_rolls_as_recorded():
     table = np.loadtxt(file / 's330_motion.csv', delimiter=',', skiprows=1)
     felt = attitude(ShipMotion(scene).produce(scene.samples))
     on_rows = np.degrees(felt.roll[:: round(scene.ship.rate)])[:600]
-    # the rows lie up to 7 ms off the second and are rounded to 0.01 deg
+    # the rows are up to 7 ms off the second and are rounded to 0.01 deg
     assert np.std(on_rows - table[:600, 1]) < 0.05
     assert np.mean(on_rows - table[:600, 1]) == pytest.approx(0.0, abs=0.005)
 
@@ -87,7 +87,7 @@ def test_heave_and_scale():
     )
     plain = recorded_motion(scene, scene.ship.recorded)
     np.testing.assert_array_equal(motion.roll.amplitude, -2.0 * plain.roll.amplitude)
-    # README: a roll of RMS 0.577 deg with what lies below the band
+    # README: a roll of RMS 0.577 deg including frequencies below the band
     roll_rms = np.degrees(np.sqrt(np.sum(plain.roll.amplitude**2) / 2.0))
     assert roll_rms == pytest.approx(0.577, abs=0.03)
     # README: heave of RMS 1.12 m

@@ -1,4 +1,4 @@
-"""The rate of samples that an accuracy needs, and what is reached with it."""
+"""The sampling rate for an accuracy, and the accuracy that it reaches."""
 
 import json
 import math
@@ -35,7 +35,7 @@ ASKED = (1e-9, 1e-6, 1e-3, 1e-1)
 @pytest.mark.parametrize('slopes', [False, True])
 @pytest.mark.parametrize('stride', [2, 3, MAX_STRIDE])
 def test_the_remainder_is_that_of_the_polynomials_of_a_piece(stride, slopes, inside):
-    """Of a wave of any phase the largest error is that of e^{iΩt}.
+    """The largest error of a wave of any phase, from e^{iΩt}.
 
     The first window begins at its piece, another has samples on either side.
     """
@@ -68,7 +68,7 @@ def test_finer_accuracies_need_higher_rates_and_the_bag_has_them():
             assert parse_scene(scene_yaml(scene), 'bag') == scene
 
 
-def test_an_accuracy_given_replaces_tolerance_and_rate_of_the_scene():
+def test_an_accuracy_replaces_tolerance_and_rate():
     scene = load_scene('clock_involute_weight', **{'solver.accuracy': 1e-3})
     assert scene.solver is not None
     assert (scene.solver.accuracy, scene.solver.tolerance) == (1e-3, None)
@@ -76,7 +76,7 @@ def test_an_accuracy_given_replaces_tolerance_and_rate_of_the_scene():
     assert kept.ship.rate == 20.0
 
 
-def test_a_scene_that_states_neither_is_sailed_to_a_millionth_of_a_second_a_day():
+def test_the_default_accuracy_is_a_millionth_of_a_second_a_day():
     name = 'involute_weight_at_sea'
     scene = load_scene(name)
     assert (scene.solver, scene.accuracy, scene.states_accuracy) == (None, ACCURACY, False)
@@ -93,7 +93,7 @@ def test_rate_and_tolerance_that_a_scene_states_stay():
 
 
 def test_a_clock_with_an_escapement_counts_its_first_window_once():
-    """Asked for less than the default; to the default, or hung in a case that swings widely, the
+    """At a coarser accuracy than the default. At the default, or in a widely swinging case, the
     window counts as all.
     """
     name, widely = 'clock_involute_weight', {'suspension.large_angles': True}
@@ -130,7 +130,7 @@ REACHED: tuple[tuple[str, dict[str, object], float], ...] = (
 
 @pytest.mark.parametrize(('name', 'changes', 'duration'), REACHED)
 def test_the_accuracy_asked_for_is_reached(name, changes, duration, monkeypatch):
-    """Against 40 Hz and 2e-12; the result of a run says what bounds it, and the bound holds."""
+    """Against 40 Hz and 2e-12. The result of a run has a bound, and the bound holds."""
     # on a slow machine the trials of the default time are too short for a bound
     monkeypatch.setattr('tauto_core.checks.cost.JUDGED_IN_S', 5.0)
     run = {**changes, 'duration': duration}
@@ -160,7 +160,7 @@ STEEP_WEIGHT = {
 
 
 def steep_sea(height: float, *, waves: int, hull: bool, rate: float | None = None) -> Scene:
-    """Return half an hour in a beam sea whose peak is at the period of the roll, 9 s.
+    """Return half an hour in a beam sea with its peak at the roll period, 9 s.
 
     With a rate, that and a fine tolerance are stated.
     """
@@ -203,7 +203,7 @@ def test_hulls_and_hundreds_of_waves_have_overtones_too(hull, waves, height, coa
     assert errors[1] > coarse_s
 
 
-def test_a_sea_so_steep_that_no_rate_will_do_is_told_without_an_accuracy_stated():
+def test_a_sea_too_steep_for_any_rate_is_reported():
     """At 7 m the case leans so far from the apparent vertical, at 1.18 rad, that the thread cannot
     follow it: its law changes there, and the reading errs by 1e-3 s at 8 Hz and 1e-4 s at 40 Hz.
     """
@@ -216,7 +216,7 @@ def test_a_sea_so_steep_that_no_rate_will_do_is_told_without_an_accuracy_stated(
 
 @pytest.mark.parametrize('thread', ['lever', 'hanging'])
 def test_a_steep_roll_has_overtones_which_its_waves_have_not(thread):
-    """Where no accuracy is stated no bound is told, so the default must hold in any sea. At the 8
+    """Without a stated accuracy there is no bound, so the default must hold in any sea. At the 8
     and 5 Hz that do for the waves of the roll alone, the readings err by 0.05 and 0.002 s: against
     those at 100 Hz, which DOP853 has too, written from the Lagrangians.
     """
@@ -262,9 +262,8 @@ def test_a_steep_roll_has_overtones_which_its_waves_have_not(thread):
 
 
 def test_the_first_window_of_a_thread_that_swings_counts_as_all():
-    """An escapement does not damp the thread, which the roll swings here near its own 3.8 s and
-    whose swing keeps the error of the first window. With that counted once, as for threads that do
-    not swing, the readings err by 6e-4 s where 1e-4 is asked.
+    """The roll excites the thread near its own 3.8 s. An escapement does not damp it, so it keeps
+    the error of the first window: counted once, the readings err by 6e-4 s, not 1e-4 s.
     """
     ship: dict[str, object] = {
         'kind': 'components',
@@ -295,9 +294,9 @@ def test_the_first_window_of_a_thread_that_swings_counts_as_all():
         assert voyage.result['accuracy']['holds']
 
 
-def test_nothing_restores_the_swing_of_a_wheel_on_a_cheek_without_an_escapement():
-    """Its energy errs at every kink, and its rate more and more: in two hours by 1.3e-6 s where
-    the tolerance is that of cheeks with an escapement.
+def test_a_cheek_without_an_escapement_reaches_the_default():
+    """Its energy errs at every kink, and its rate more and more: in two hours by 1.3e-6 s at the
+    tolerance for cheeks with an escapement.
     """
     ship: dict[str, object] = {
         'kind': 'components',
@@ -329,7 +328,7 @@ def test_nothing_restores_the_swing_of_a_wheel_on_a_cheek_without_an_escapement(
     assert half_s * np.max(np.abs((default - exact).sum(axis=1))) < 0.1 * ACCURACY
 
 
-def test_a_chaotic_clock_is_told_that_no_accuracy_can_be_promised():
+def test_a_chaotic_clock_is_promised_no_accuracy():
     voyage = sail('hanging_thread_at_sea', duration=DAY_S / 4.0, **{'solver.accuracy': 1e-6})
     assert not voyage.result['accuracy']['holds']
     assert any('solver.accuracy' in warning for warning in voyage.result['warnings'])
@@ -338,8 +337,8 @@ def test_a_chaotic_clock_is_told_that_no_accuracy_can_be_promised():
 def test_the_bound_of_a_run_of_seconds_holds():
     """Half a minute with four samples a log interval, which admits no closer log.
 
-    A trial logged more closely would take pieces of half that length, whose error is a tenth:
-    its bound would be a third of the actual error, 1.2e-8 s by DOP853.
+    A trial logged more closely would take pieces of half that length with a tenth of
+    the error: its bound would be a third of the actual error, 1.2e-8 s by DOP853.
     """
     asked = parse_scene(
         """

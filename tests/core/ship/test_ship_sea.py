@@ -47,7 +47,7 @@ def test_components_follow_the_spectrum():
     waves = elevation(sea('bretschneider', 500), 5)
     energy = np.cumsum(waves.amplitude**2 / 2.0)
     expected = 3.2**2 / 16.0 * np.exp(-1.25 * (waves.period / 9.5) ** 4)
-    # 0.5 % lies beyond the band, one bin holds up to 0.8 %
+    # 0.5 % is beyond the band, one bin holds up to 0.8 %
     np.testing.assert_allclose(energy, expected, rtol=0, atol=0.015 * 3.2**2 / 16.0)
 
 

@@ -190,7 +190,7 @@ def test_a_clock_goes_alike_by_messages_and_without(name):
 
 
 @pytest.mark.parametrize('height', [0.0, 1e149, 1e308])
-def test_what_may_overflow_comes_as_a_message(height):
+def test_samples_that_may_overflow_come_as_a_message(height):
     """It is screened, and refused under the name of its fault. A checked scene has less height."""
     ship = {'kind': 'components', 'components': [{'amplitude': 0.5, 'period': 0.5}]}
     scene = load_scene('second_cam_at_sea', duration=60.0, ship=ship)

@@ -125,7 +125,7 @@ def response(frequency, size, times):
         (2.5, 0.4, 20.0, 60.0, 2e-13),
         # a millionth from the slow mode: the swing grows for a minute to 0.3 rad
         (SLOW * (1 + 1e-6), 0.03, 200.0, 30.0, 2e-13),
-        # and from the fast one, whose share of the bearing is small
+        # and from the fast one, with a small share of the bearing
         (FAST * (1 - 1e-6), 0.02, 1000.0, 10.0, 2e-13),
     ],
 )
@@ -197,7 +197,7 @@ def test_full_equations_follow_dop853_on_a_rolling_support(height):
 
 @pytest.mark.parametrize('large', [False, True])
 def test_a_bearing_at_the_roll_axis_leaves_the_case_alone(large):
-    """Without friction a ship that turns about the axle leaves it; (ship.1) has no force."""
+    """Without friction a ship that turns about the axle leaves it: (ship.1) has no force."""
     waves = [{'amplitude': 0.5, 'period': 7.0, 'phase': 0.4}]
     scene = rolling(waves, height=0.0, suspension__large_angles=large)
     _, phi, phi_rate, theta, contact = in_the_case(scene)
@@ -207,7 +207,7 @@ def test_a_bearing_at_the_roll_axis_leaves_the_case_alone(large):
 
 
 @pytest.mark.parametrize(('large', 'close'), [(False, 2e-2), (True, 5e-3)])
-def test_slow_motion_lets_the_case_hang_along_the_apparent_vertical(large, close):
+def test_in_slow_motion_the_case_follows_the_apparent_vertical(large, close):
     """(ship.1) from the ship's own sensor: β and g_eff, to (Ω/ω)², here a thousandth.
 
     Small angles leave the changes of gravity out of θ: another hundredth here.
@@ -228,7 +228,7 @@ def test_slow_motion_lets_the_case_hang_along_the_apparent_vertical(large, close
 
 
 def test_signs_of_a_heel_and_of_a_push_to_port():
-    """Heeled and at rest, the case hangs upright; pushed to port, it lags to starboard."""
+    """Heeled and at rest, the case hangs upright. Pushed to port, it lags to starboard."""
     times = np.arange(40)
     stamps = CONTENT_START + times * 50_000_000
     heel, zero = np.full(40, 0.3), np.zeros(40)
@@ -294,7 +294,7 @@ def test_any_split_and_any_resumption_give_the_same_bits(changes, data):
 
 
 @pytest.mark.parametrize('changes', [{}, LARGE], ids=('small', 'large'))
-def test_the_clock_in_the_case_is_told_all_before_the_end_and_resumes(changes):
+def test_the_clock_in_the_case_gets_all_samples_and_resumes(changes):
     """The samples beyond the end suffice, so the graph and the offline run give the same."""
     scene = scene_of(duration=20.0, **changes)
     imu = motion_of(scene)
@@ -338,7 +338,7 @@ def test_jitter_and_lost_samples_hardly_matter():
         lost.feed(take(dense, slice(20_600, 20_900)), scene.starts_at_ns)
 
 
-def test_the_clock_feels_the_case_as_often_as_its_fast_swing_needs():
+def test_the_case_is_sampled_as_its_fast_mode_needs():
     scene = load_scene(NAME, **RATE)
     assert (felt_parts(scene), felt_step_ns(scene)) == (8, 6_250_000)
     assert FAST * felt_step_ns(scene) * 1e-9 < 0.4
@@ -352,7 +352,7 @@ def test_the_clock_feels_the_case_as_often_as_its_fast_swing_needs():
     assert felt_parts(slow) == 1
 
 
-def test_less_than_the_default_accuracy_is_felt_at_a_third_of_the_samples(monkeypatch):
+def test_a_coarse_accuracy_takes_a_third_of_the_samples(monkeypatch):
     """In the sea that the clock feels most, against the samples that the default would take."""
     name, asked = 'clock_own_cam_weight', 1e-3
     changes = {'solver.accuracy': asked, 'duration': 7200.0, 'voyage.sails_at': 0.0}
@@ -371,11 +371,11 @@ def test_less_than_the_default_accuracy_is_felt_at_a_third_of_the_samples(monkey
     assert 0.0 < apart_s < 0.01 * asked
 
 
-def test_a_case_that_swings_widely_is_felt_as_finely_as_its_overtones_need():
+def test_a_wide_swing_is_sampled_as_its_overtones_need():
     """The wheel on a case that swings by 1 rad, against DOP853 with case and wheel together.
 
     A massless weight on Euler's second cam feels only φ and N/M. The case is sampled for it with
-    an error of 1e-11 of its swing; as finely as the fast mode alone needs, it is 4e-8.
+    an error of 1e-11 of its swing. As finely as the fast mode alone needs, it is 4e-8.
     """
     e, c, k, height, inertia, rate, mass = 0.3, 0.3, 0.3, 12.9, 1e-4, 0.002, 0.06
     waves = {'amplitude': 0.195, 'period': 4.32, 'phase': 1.0}
@@ -435,7 +435,7 @@ def test_a_case_that_swings_widely_is_felt_as_finely_as_its_overtones_need():
     np.testing.assert_allclose(wheel.position[:, 0], theta, rtol=0, atol=1e-10 * swing)
 
 
-def test_a_rate_too_low_for_wide_swings_is_refused_with_one_that_works():
+def test_a_rate_too_low_for_wide_swings_names_one_that_works():
     quick = {'suspension__support_radius': 0.07, 'suspension__gyration_radius': 0.05}
     changes = quick | {'suspension__depth': 0.05, 'suspension__large_angles': True}
     with pytest.raises(SceneError, match='too low for wide swings') as caught:
@@ -458,7 +458,7 @@ def test_a_fast_mode_too_fast_to_sample_is_refused_with_a_radius():
     check_scene(scene_of(suspension__gyration_radius=radius * 1.00001))
     with pytest.raises(SceneError):
         check_scene(scene_of(suspension__gyration_radius=radius * 0.99))
-    # 15 625 000 ns has 50 and 100 among its divisors, none in between
+    # 15 625 000 ns has 50 and 100 among its divisors, but no value between
     odd = scene_of(ship__rate=64.0, suspension__gyration_radius=1.785e-3)
     with pytest.raises(SceneError, match='no divisor') as caught:
         check_scene(odd)
@@ -501,7 +501,7 @@ def test_lifting_off_is_said_at_small_angles_too():
     heave = {'amplitude': size, 'period': 1.2}
     with pytest.raises(PropagationError, match='lifted off') as caught:
         in_the_case(rolling([], heave=[heave | {'phase': math.pi}], duration=5.0))
-    # g + aω² cos ωt = 0, between two samples; interpolation of the heave errs by 1e-9 of it
+    # g + aω² cos ωt = 0, between two samples. Interpolation of the heave errs by 1e-9 of it
     lost = math.acos(-G / (size * w * w)) / w
     assert caught.value.time_s == pytest.approx(lost, abs=1e-8)
     with pytest.raises(PropagationError, match='lifted off') as caught:
@@ -511,7 +511,7 @@ def test_lifting_off_is_said_at_small_angles_too():
 
 @pytest.mark.parametrize('beyond', [1e-6, -1e-6])
 def test_a_loss_of_contact_between_two_samples_is_said(beyond):
-    """aω² = g (1 + 1e-6): for half a millisecond nothing presses, midway between samples."""
+    """aω² = g (1 + 1e-6): no contact for half a millisecond, midway between samples."""
     w = math.tau / 1.2
     # the trough three milliseconds after a sample at 1 s
     phase = math.pi - w * 1.003
@@ -527,7 +527,7 @@ def test_a_loss_of_contact_between_two_samples_is_said(beyond):
 
 
 def test_a_loss_of_contact_does_not_depend_on_batches():
-    """During a swing, so that the state at the end of the previous batch matters."""
+    """During a swing, which makes the end of the previous batch matter."""
     wave = {'amplitude': 1.2 * G / (math.tau / 1.2) ** 2, 'period': 1.2, 'phase': 1.0}
     scene = rolling([{'amplitude': 0.05, 'period': 3.0}], heave=[wave], duration=2.0)
     times = []
@@ -571,8 +571,8 @@ def test_scenes_without_a_suspension_import_nothing_of_it():
     subprocess.run([sys.executable, '-c', code], check=True)
 
 
-def test_replaced_samples_are_screened_before_they_reach_the_case():
-    """A sample that is not finite is counted and left out; the case swings on."""
+def test_samples_are_screened_before_they_reach_the_case():
+    """A sample that is not finite is counted and left out, and the case swings on."""
     scene = scene_of(duration=10.0)
     imu = motion_of(scene)
     force = imu.linear_acceleration.copy()
