@@ -66,7 +66,7 @@ def apart_s(one, other):
 
 @pytest.mark.parametrize('tolerance', [1e-6, 1e-8, 1e-10])
 @pytest.mark.parametrize('name', ['involute_weight_at_sea', 'cheek_before_euler'])
-def test_a_tolerance_costs_no_more_than_predicted_and_a_thirtieth_of_it_at_least(name, tolerance):
+def test_the_bound_of_a_tolerance_holds_within_thirty(name, tolerance):
     duration = 60.0
     fine = readings(changed(name, duration=duration, rate=50.0, tolerance=1e-15))
     scene = changed(name, duration=duration, tolerance=tolerance)
@@ -85,7 +85,7 @@ def test_the_bound_is_that_of_its_parts():
 
 
 @pytest.mark.parametrize('name', ['ideal', 'globe_in_oil', 'involute_weight_at_sea'])
-def test_no_bound_is_below_the_nanosecond_in_which_the_dial_is_read(name):
+def test_no_bound_is_below_a_nanosecond(name):
     told = expected(load_scene(name, duration=60.0, **EXACT))
     assert told.phase_error_s < 1e-11
     assert told.error_s == 1e-9
@@ -99,7 +99,7 @@ def test_coarser_samples_cost_more():
     assert costs[0] > 10.0 * costs[1] > 100.0 * costs[2]
 
 
-def test_closed_forms_have_no_error_but_that_of_their_period_and_rounding():
+def test_closed_forms_err_by_period_and_rounding_only():
     ideal = expected(load_scene('ideal'))
     assert ideal.phase_error_s == ideal.rounding_error_s < 1e-15
     assert (ideal.sampling_error_s, ideal.steps_error_s, ideal.tried_s) == (None, 0.0, None)
@@ -145,7 +145,7 @@ HALF_A_DAY = {
 
 
 def test_chaos_is_bounded_by_the_growth_that_was_measured(monkeypatch):
-    """The motion that nothing damps, with logs that divide it into other pieces."""
+    """The undamped motion, with logs that divide it into other pieces."""
     monkeypatch.setattr('tauto_core.checks.cost.TRIAL_RUN_S', 0.4)
     bounds = []
     for interval in (5.0, 60.0):
@@ -161,7 +161,7 @@ def test_chaos_is_bounded_by_the_growth_that_was_measured(monkeypatch):
     assert found <= bounds[1] <= 1e3 * found
 
 
-def test_what_cannot_be_bounded_is_told_with_the_time_up_to_which_it_can(monkeypatch):
+def test_an_unbounded_error_has_the_time_of_its_bound(monkeypatch):
     monkeypatch.setattr('tauto_core.checks.cost.TRIAL_RUN_S', 0.2)
     week = {'duration': 604_800.0, 'log.motion': False, 'log.interval': 60.0, 'ship': CORK}
     told = expected(load_scene('involute_weight_at_sea', **week))
@@ -175,7 +175,7 @@ those laid out.
 """
 
 
-def test_trials_that_cost_more_than_predicted_are_cut_and_count_what_they_cost(monkeypatch):
+def test_trials_that_cost_too_much_are_cut(monkeypatch):
     """Sailing ten minutes of it took 30 s of processor time, in 3.5 million steps.
 
     Here a clock of the test's own charges 0.1 s for each chunk of samples.
@@ -238,9 +238,9 @@ def stress_modules():
         ('hung, driven hanging thread', 4.0),
     ],
 )
-def test_the_error_predicted_bounds_the_error_found_within_a_factor_of_thirty(kind, rate):
-    """The scenes are some of the hundred of `make stress`, shortened, at rates at which the
-    error is that of sampling.
+def test_the_bound_holds_within_a_factor_of_thirty(kind, rate):
+    """The scenes are some of the hundred of `make stress`, shortened, at rates for which
+    sampling makes the error.
     """
     from stress_forecast import FACTOR, TOLD_S, compared, drawn
 
@@ -260,7 +260,7 @@ def bound(error):
 
 
 def test_errors_grow_on_as_they_did():
-    """A bounded error stays; one that grows as √t, t or t² grows on as it did."""
+    """A bounded error stays, one that grows as √t, t or t² grows on as it did."""
     assert bound(1e-9 * np.sin(TIMES)) == pytest.approx(1e-9, rel=0.1)
     assert bound(1e-13 * TIMES) == pytest.approx(1e-13 * END_S, rel=1e-9)
     for power in (0.5, 2.0):
@@ -275,7 +275,7 @@ def test_a_slow_drift_under_a_bounded_error_is_seen():
 
 
 def grown(logs):
-    """The growth of a distance whose logarithm is given at `TIMES`."""
+    """The growth of a distance with these logarithms at `TIMES`."""
     apart = RELEASED_APART / math.pi * np.exp(logs)
     one = np.stack([np.zeros_like(apart), apart], axis=1)
     scene = load_scene('ideal', duration=TRIED_S, **{'log.interval': 10.0})
@@ -294,8 +294,8 @@ def test_exponential_growth_is_told_from_powers_of_time():
     assert found.per_s_sigma < 1e-9
 
 
-def test_chaos_is_followed_while_the_distance_is_small_and_then_carried_on():
-    """From 1e-11 rad to 0.1 rad a distance grows by e^23; later it grows no more in truth."""
+def test_chaos_is_extrapolated_from_small_distances():
+    """From 1e-11 rad to 0.1 rad a distance grows by e^23 and no more."""
     growing = grown(TIMES / 400.0)
     assert growing.found.followed_s == pytest.approx(400.0 * math.log(1e10), rel=0.01)
     assert math.log(growing.size_at(2.0 * TRIED_S)) == pytest.approx(2.0 * TRIED_S / 400.0)
@@ -318,7 +318,7 @@ def test_what_starts_within_rounding_does_not_count_as_growth():
     assert bound(error) < 1e-13
 
 
-def test_a_trial_that_lasts_as_long_as_the_scene_extrapolates_nothing():
+def test_a_trial_of_the_whole_scene_is_not_extrapolated():
     error = 1e-12 * TIMES
     assert extrapolated(TIMES, error, TRIED_S, 1e-15) == error[-1]
     assert extrapolated(TIMES[:1], error[:1], END_S, 1e-15) == 0.0
@@ -339,7 +339,7 @@ def test_a_shorter_trial_bounds_what_the_whole_would():
     assert 0.33 * whole.sampling_s < part.sampling_s < 30.0 * whole.sampling_s
 
 
-def test_a_log_interval_as_long_as_the_scene_makes_no_trial_longer():
+def test_a_long_log_interval_does_not_lengthen_the_trial():
     scene = load_scene(
         'second_cam_at_sea',
         duration=86_400.0,
@@ -351,8 +351,8 @@ def test_a_log_interval_as_long_as_the_scene_makes_no_trial_longer():
 
 
 def test_the_bound_covers_the_jumps_of_a_case_in_rough_pivots():
-    """Where dry friction turns round, the force at the clock jumps; samples of the case's own
-    motion round that off, however fine those of the ship are. At 1000 Hz its steps are six times
+    """When dry friction turns round, the force at the clock jumps. Samples of the case's own
+    motion round that off, however fine the ship's are. At 1000 Hz its steps are six times
     as fine, and the reading at 4 Hz is off by a tenth of a second at an instant near a jump.
     """
     hung = {'kind': 'gimbals', 'depth': 0.05, 'gyration_radius': 0.12, 'friction_angle': 0.02}
@@ -377,9 +377,7 @@ PRIME_NS = 15_383_227
     ('factor', 'parts'),
     [(1, None), (2, 2), (3, 3), (4, 4), (6, 6), (25, 5), (64, 4), (61, 61), (62, 31), (65, 5)],
 )
-def test_a_finer_run_divides_a_step_into_whole_nanoseconds_by_four_at_least_if_it_can(
-    factor, parts
-):
+def test_a_finer_run_has_steps_of_whole_nanoseconds(factor, parts):
     scene, step_ns = with_ship('second_cam_at_sea', 4.0), factor * PRIME_NS
     odd = scene.model_copy(update={'ship': scene.ship.model_copy(update={'rate': 1e9 / step_ns})})
     assert odd.step_ns == step_ns
@@ -395,7 +393,7 @@ def test_a_step_without_divisors_has_no_bound():
 
 
 def test_a_motion_that_ends_early_is_tried_up_to_its_end():
-    """Released where the thread slackens within the first swings, which a trial does not judge."""
+    """The thread slackens within the first swings, which a trial does not judge."""
     scene = with_ship('involute_weight_at_sea', 60.0)
     heave = [{'amplitude': 40.0, 'period': 9.0, 'phase': 2.0}]
     rolling = {'kind': 'components', 'components': [], 'heave': heave, 'rate': 20.0}
@@ -414,11 +412,11 @@ HOT = {'trochlea.material': 'brass', 'air': {'kind': 'constant', 'celsius': 20.0
 def test_hot_machines_take_dearer_steps():
     cold, hot = (load_scene('involute_weight_at_sea', **more) for more in ({}, HOT))
     assert step_ns(hot) == HEAT_FACTOR * step_ns(cold)
-    # air that nothing feels costs nothing
+    # air without an effect has no cost
     assert step_ns(load_scene('involute_weight_at_sea', air=HOT['air'])) == step_ns(cold)
 
 
-def test_what_changes_slowly_is_charged_by_the_log_and_needs_no_runs():
+def test_slow_covariates_cost_by_the_log_and_need_no_runs():
     air = load_scene('involute_weight_at_sea', **HOT)
     drift = air.drift.model_copy(update={'covariates': ('temperature',)})
     slow = work_s(air.model_copy(update={'drift': drift})) - work_s(air)

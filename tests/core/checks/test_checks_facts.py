@@ -75,7 +75,7 @@ def test_a_reason_has_the_causes_of_its_scene_alone(
 
 
 def test_a_force_in_the_case_leaves_a_lever_to_the_roll() -> None:
-    """The apparent gravity acts on a weight; a force turns with the case, as the lever does."""
+    """The apparent gravity acts on a weight, a force turns with the case, as the lever does."""
     power = {'kind': 'force', 'force': 0.5}
     keys = {'trochlea.power': power, 'trochlea.thread.inertia': 1e-6}
     scene = load_scene('sully_lever_at_sea', **keys)
@@ -142,7 +142,7 @@ def test_the_threads_that_the_theory_warns_of(length, resonates):
     found = thread_following(*hanging(length))
     assert found.resonates_with == resonates
     if not resonates:
-        # a plain pendulum beside a wheel that hardly moves it: X/(ω² − X)
+        # a plain pendulum that the wheel hardly moves: X/(ω² − X)
         ratio = (found.periods_s[0] / 9.0) ** 2
         assert found.departure == pytest.approx(ratio / (1.0 - ratio), rel=0.02)
         tilt = 3.0 * 0.1 * (math.tau / 9.0) ** 2 / G / math.sqrt(2.0)
@@ -163,7 +163,7 @@ def test_where_no_wave_is_known_no_departure_is_told():
 
 
 def in_ripples(power: dict[str, Any], clock: dict[str, Any] = {}, **ship: Any) -> Scene:  # noqa: B006
-    """A cork in waves so short and steep that she falls away from a weight, for two hours."""
+    """A cork in waves so short and steep that it falls away from a weight, for two hours."""
     return parse_scene(
         yaml.safe_dump(
             {
@@ -254,7 +254,7 @@ def test_no_slack_is_reckoned_for_an_operator_without_heave(tmp_path):
 def test_the_check_and_the_voyage_agree_on_a_landfall(
     name: str, landfalls: int, at_sea: bool
 ) -> None:
-    """The log of the Boussole ends 176 km from a coast; Madeira and Jamaica are landfalls."""
+    """The log of the Boussole ends 176 km from a coast. Madeira and Jamaica are landfalls."""
     scene = tauto.load(name)
     facts = way(scene)
     assert facts is not None

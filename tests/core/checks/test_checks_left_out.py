@@ -1,4 +1,4 @@
-"""What a scene leaves out: what is true for six kinds of scene, and the words and figures."""
+"""The effects that a scene leaves out: six kinds of scene, the words and the figures."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ GIMBALS = {'kind': 'gimbals', 'depth': 0.05, 'gyration_radius': 0.12}
 
 
 def found(name: str, **changes: Any) -> dict[str, LeftOut]:
-    """Return what a shipped scene with changes leaves out, by name."""
+    """Return the effects that a shipped scene with changes leaves out, by name."""
     scene = tauto.load(name, **changes)
     return {row.what: row for row in left_out(scene, compile_machine(scene))}
 
@@ -132,7 +132,7 @@ def test_what_depends_on_the_scene_is_said_for_that_scene() -> None:
     assert massless['inertia of the weight'].key == 'trochlea.power.massless'
 
 
-def test_every_entry_has_a_name_a_short_sentence_and_a_key_of_a_scene() -> None:
+def test_every_entry_has_name_sentence_and_key() -> None:
     known = json.dumps(schema())
     assert len({row.what for row in TABLE}) == len(TABLE)
     for row in TABLE:
@@ -178,7 +178,7 @@ def test_the_figures_are_those_of_the_formulas() -> None:
 
 @pytest.mark.parametrize(('depth', 'shift'), [(0.05, 376.0), (0.1, -1380.0)])
 def test_the_rate_in_a_light_case_is_that_of_the_two_modes(depth: float, shift: float) -> None:
-    """The formula ½(I/J)/(1 − ω_c²/ω²) has +386 and −3,848; the roots of (suspension.5) count."""
+    """The formula ½(I/J)/(1 − ω_c²/ω²) has +386 and −3,848, not the roots of (suspension.5)."""
     inertia, omega, gravity = 4e-4, math.tau, 9.81
     hung = tauto.load('second_cam_at_sea', suspension=GIMBALS | {'depth': depth}).suspension
     assert hung is not None
@@ -190,7 +190,7 @@ def test_the_rate_in_a_light_case_is_that_of_the_two_modes(depth: float, shift: 
     assert (found / omega - 1.0) * DAY_S == pytest.approx(shift, abs=2.0)
 
 
-def test_the_mode_of_a_wheel_in_a_case_on_an_axle_solves_the_printed_equations() -> None:
+def test_the_mode_on_an_axle_solves_the_printed_equations() -> None:
     """det(K − ω²M) = 0 of (suspension.1) with the wheel, written out."""
     e, c, k, inertia, omega, gravity = 0.015, 0.05, 0.12, 4e-4, math.tau, 9.81
     axle = {'kind': 'axle', 'support_radius': 0.02, 'axle_radius': 0.005}
@@ -201,12 +201,12 @@ def test_the_mode_of_a_wheel_in_a_case_on_an_axle_solves_the_printed_equations()
     square = frequency_in_light_case(hung, inertia, omega, gravity) ** 2
     per_mass = inertia / USUAL_MASS
     theta, phi = e * (gravity - e * square), gravity * c - (c * c + k * k) * square
-    # ψ answers φ by ω²/(ω² − Ω²), so that its torque on the case is I ω² Ω²/(ω² − Ω²) φ
+    # ψ answers φ by ω²/(ω² − Ω²): its torque on the case is I ω² Ω²/(ω² − Ω²) φ
     back = per_mass * omega**2 * square / (omega**2 - square)
     assert theta * (phi - back) == pytest.approx((e * c * square) ** 2, rel=1e-6)
 
 
-def test_the_mass_of_a_hung_case_is_refused_with_what_to_do_instead() -> None:
+def test_the_mass_of_a_hung_case_is_refused_with_a_remedy() -> None:
     with pytest.raises(SceneError, match='is no longer a key') as caught:
         tauto.load('second_cam_at_sea', suspension=GIMBALS | {'mass': 10.0})
     assert caught.value.key == 'suspension.mass'

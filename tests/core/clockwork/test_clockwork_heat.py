@@ -1,4 +1,4 @@
-"""The clock's stage where the machine feels the temperature of its box."""
+"""The clock's stage with a machine that depends on the temperature of its box."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def test_oil_that_ages_without_air_needs_no_thermometer() -> None:
     assert TrochleaStage(aged).inputs == (SHIP_IMU,)
     fresh = scene_of(air=None)
     difference_ns = (sailed(aged, 100) - sailed(fresh, 5000))[0]
-    # more drag, a narrower swing, a shorter period under a weight whose inertia counts
+    # more drag, a narrower swing, a shorter period under a weight with inertia
     assert difference_ns[0] == 0.0
     assert 1.0 < difference_ns[-1] < 1e5
 
@@ -134,7 +134,7 @@ def test_a_dial_is_regulated_at_the_steady_swing_of_its_start() -> None:
     assert first < 10.0
     swing = steady_swing(machine.at_celsius(first))
     assert nominal_period_s(scene, machine) == swing.period
-    # a wheel that nothing drives has the swing of its release, one that dies away small swings
+    # a free wheel has the swing of its release, a decaying one small swings
     ideal = tauto.load('measured', clock={})
     free = compile_machine(ideal)
     assert nominal_period_s(ideal, free) == free.period(1.0)
@@ -191,7 +191,7 @@ def live(scene: Scene, chunk: int, felt: TemperatureSamples | None, *, anew: boo
 
 
 def test_a_live_clock_does_not_wait_for_its_thermometer() -> None:
-    """Without one it stays at the temperature of its numbers; with one any split is the same."""
+    """Without one it stays at its own temperature. With one any split is the same."""
     scene = scene_of(clock={'nominal_period': 1.0})
     assert LiveTrochlea(scene).inputs == (SHIP_IMU, SHIP_TEMPERATURE)
     silent = live(scene, 64, None)

@@ -60,7 +60,7 @@ def test_heave_alone_costs_its_mean_square_over_eight_g_squared() -> None:
     expected = -DAY_S * square / (8.0 * 9.80665**2)
     # the static formula, for waves ten times slower than the swing, over whole waves
     assert rows_of(found)['heave'] == pytest.approx(expected, rel=0.02)
-    # nothing else is at sea, so nothing interacts
+    # a single cause does not interact
     assert abs(found.interaction.rate_s_per_day) < 1e-6
     assert found.whole.rate_s_per_day == pytest.approx(
         tauto.sail(made()).result['clock']['rate_s_per_day'], abs=1e-5
@@ -88,7 +88,7 @@ def test_gravity_acts_by_half_of_its_change() -> None:
     )
     found = account(scene, Crew(1), anyway=True)
     here, there = (float(normal_gravity(math.radians(each))) for each in (50.0, 48.5))
-    # by the meridian she sails v²/M of Eötvös' term: 4.3 s/day at 46 m/s
+    # along the meridian Eötvös' term is v²/M: 4.3 s/day at 46 m/s
     speed = 3.0 * 111_200.0 / 7200.0
     change = there - here - speed**2 / 6.37e6
     assert rows_of(found)['gravity'] == pytest.approx(0.5 * DAY_S * change / here, rel=0.01)
@@ -109,7 +109,7 @@ def test_small_changes_are_worth_half_their_part() -> None:
     assert abs(worth['0.1 rad of amplitude']) < 1e-6
 
 
-def test_a_tenth_of_a_radian_is_worth_what_releases_so_far_apart_differ_by() -> None:
+def test_a_tenth_of_a_radian_agrees_with_two_releases() -> None:
     heave = {'kind': 'components', 'heave': [{'amplitude': 0.1, 'period': 8.0, 'phase': 0.3}]}
     found = []
     for angle in (0.95, 1.0, 1.05):
@@ -156,7 +156,7 @@ def test_a_hull_has_all_its_motions_and_what_is_known_roughly() -> None:
 
 
 def brassy(celsius: tuple[float, float], hours: float, **changes: Any) -> Scene:
-    """Return a clock of brass that lies still, in air that warms within an hour from the start."""
+    """Return a clock of brass on a still ship, in air that warms within an hour."""
     air = {
         'kind': 'record',
         'source': 'a test',
@@ -182,7 +182,7 @@ def test_heat_is_that_since_the_departure() -> None:
     assert abs(found.interaction.rate_s_per_day) < 1e-3
     worth = {each.what: each.rate_s_per_day for each in found.worth}
     assert worth['1 K'] == pytest.approx(0.1 * TEN_K, rel=1e-3)
-    # what was there at the departure shows in the dial, whose period is stated for 20 degrees
+    # the dial shows the temperature at departure, since its period holds at 20 degrees
     warm, nominal = (brassy((each, each), 1e-3) for each in (30.0, 20.0))
     stated = {'nominal_period': nominal_period_s(nominal, compile_machine(nominal))}
     shown = rows_of(account(tauto.load(warm, clock=stated), Crew(1)))
@@ -221,7 +221,7 @@ def test_a_lever_feels_heat_in_its_budget() -> None:
     assert worth['1 K'] == pytest.approx(0.1 * TEN_K, rel=1e-3)
 
 
-def test_a_larger_cheek_of_a_lever_is_worth_what_a_larger_involute_is() -> None:
+def test_a_larger_cheek_agrees_with_a_larger_involute() -> None:
     scene = tauto.load('clock_sully_lever')
     machine, trochlea = compile_machine(scene), scene.trochlea
     assert isinstance(machine, LeverMachine)
@@ -297,7 +297,7 @@ def test_a_hung_case_is_told_beside_the_same_case_fixed() -> None:
     assert found.fixed_s_per_day == pytest.approx(fixed, abs=1e-3)
 
 
-def test_a_clock_without_a_rate_and_a_body_in_a_fluid_are_refused() -> None:
+def test_clocks_without_a_rate_are_refused() -> None:
     with pytest.raises(UsageError, match='dies away'):
         account(made(drag={'viscous': 1e-5}), Crew(1))
     with pytest.raises(UsageError, match='body in a fluid'):
@@ -305,7 +305,7 @@ def test_a_clock_without_a_rate_and_a_body_in_a_fluid_are_refused() -> None:
 
 
 def test_a_row_is_printed_as_far_as_it_is_known() -> None:
-    """Terminal and page take these texts; a cause of no effect has no side."""
+    """Terminal and page take these texts. A cause of no effect has no side."""
 
     def row(rate: float, sigma: float, east: float, found: str = 'sea') -> dict[str, Any]:
         names = ('rate_s_per_day', 'sigma_s_per_day', 'east_nmi', 'found', 'cause')

@@ -113,7 +113,7 @@ def test_a_force_that_no_clock_feels_is_not_computed(monkeypatch):
 
 
 def test_what_stops_a_case_stops_all_clocks_in_it():
-    """It swings too wide; clocks fixed to the ship go on."""
+    """It swings too wide. Clocks fixed to the ship go on."""
     waves = [{'amplitude': 0.6, 'period': 3.0}]
     wild = {'ship': {'kind': 'components', 'rate': 20.0, 'height': 3.0, 'components': waves}}
     clocks = 'clock_involute_weight', 'clock_second_cam_force'
@@ -125,7 +125,7 @@ def test_what_stops_a_case_stops_all_clocks_in_it():
     assert [row.stopped for row in fixed] == [None, None]
 
 
-def test_clocks_are_dealt_out_where_there_are_fewer_seas_than_processes(pair):
+def test_clocks_of_a_sea_are_divided_among_processes(pair):
     entries = make_entries(('clock_involute_weight', 'clock_second_cam_force'), duration=600.0)
     assert [len(each) for each in in_one_sea(entries, 1)] == [4]
     dealt = in_one_sea(entries, 3)
@@ -146,7 +146,7 @@ def test_the_dearest_begin():
 def test_the_figures_are_those_of_the_voyage(pair):
     (row,), report = sail_together([pair[0]]), sail(pair[0].scene).result
     assert row.rate_s_per_day == report['clock']['rate_s_per_day']
-    # a dial of 1.001 s on a wheel of 1 s; the roll's forced answer shakes single readings
+    # a dial of 1.001 s on a wheel of 1 s, and the roll's forced response shakes single readings
     assert row.rate_s_per_day == pytest.approx(86.4, abs=1.0)
     assert row.error_s == report['clock']['error_s']
     assert row.raw_error_nmi == report['longitude']['raw_error_nmi']
@@ -223,7 +223,7 @@ def test_clocks_on_a_passage_of_a_log_book_are_those_of_a_trial(tmp_path):
     assert whole.voyage.log.passage == passage.name
 
 
-def test_a_clock_that_asks_for_an_accuracy_gets_the_rate_that_the_sea_of_the_log_needs(tmp_path):
+def test_an_accuracy_sets_the_rate_for_the_sea_of_the_log(tmp_path):
     [passage, *_] = read_passages(write_log(tmp_path))
     rough, fine = (
         make_entries([CLOCK], passage=passage, harbour_days=0.5, accuracy=accuracy)[0].scene

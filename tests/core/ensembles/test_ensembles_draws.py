@@ -13,7 +13,7 @@ SCENE = load_scene('involute_weight_at_sea', duration=60.0)
 
 
 def plan(ships=50, **draws):
-    """Return a fleet; keys have two underscores for a point."""
+    """Return a fleet. Keys have two underscores for a point."""
     said = {key.replace('__', '.'): draw for key, draw in draws.items()}
     return Plan(
         SCENE, 'involute_weight_at_sea', ships, as_draws(said, 'vary.yaml', SCENE), 'vary.yaml'
@@ -39,7 +39,7 @@ def drawn(key, ships, **draw):
     ],
 )
 def test_values_follow_the_law_stated(draw, law):
-    """Kolmogorov and Smirnov's test of 300 seeded values; 1 in 1000 would fail by chance."""
+    """Kolmogorov and Smirnov's test of 300 seeded values. 1 in 1000 would fail by chance."""
     assert SCENE.trochlea.cam.base_radius == 0.005
     assert kstest(drawn(RADIUS, 300, **draw), law.cdf).pvalue > 1e-3
 

@@ -48,7 +48,7 @@ def test_the_shipped_clocks_differ_in_nothing_but_the_clock():
     everyone = (*CLOCKS, *BEYOND_SULLY)
     assert sorted(everyone) == [name for name in shipped_scenes() if name.startswith('clock_')]
     common = {*SHARED, 'drag', 'escapement', 'suspension'}
-    # how the navigator expects the rate to walk belongs to the clock; the rate of samples follows
+    # how the navigator expects the rate to walk belongs to the clock. The sampling rate follows
     # from its accuracy, for which a swinging thread needs more
     apart = {'drift': {'white_fm', 'random_walk_fm'}, 'ship': {'rate'}}
     alike = {'include': common, 'exclude': apart}
@@ -69,7 +69,7 @@ def test_the_clocks_beyond_sully_sail_in_the_same_sea():
         assert clock.drag == first.drag
 
 
-def test_clocks_that_need_different_rates_of_samples_have_the_higher():
+def test_clocks_share_the_higher_sampling_rate():
     names = ('hanging_thread_at_sea', 'suspended_weight_at_sea')
     needed = [load_scene(name, duration=60.0).ship.rate for name in names]
     assert needed[0] < needed[1]
@@ -90,14 +90,14 @@ def test_one_case_alone(cases):
     assert [entry.hung for entry in entries] == [cases == 'with'] * 2
 
 
-def test_a_scene_without_a_suspension_sails_fixed_and_cannot_be_hung(write):
+def test_a_scene_without_a_suspension_cannot_be_hung(write):
     path = write('fixed')
     assert [entry.hung for entry in make_entries([path])] == [False]
     with pytest.raises(UsageError, match=r'fixed\.yaml has no suspension\. Write one'):
         make_entries([path], cases='with')
 
 
-def test_scenes_of_two_seas_are_refused_with_every_key_that_differs(write):
+def test_scenes_of_two_seas_are_refused_with_their_keys(write):
     one, other = write('one'), write('other', duration=120.0, roll=0.2)
     with pytest.raises(UsageError) as caught:
         make_entries([one, other])
@@ -115,7 +115,7 @@ def test_one_passage_can_be_taken_for_all(write):
         assert entry.scene.ship == load_scene(other).ship
 
 
-def test_values_of_the_passage_go_to_the_scene_whose_passage_is_taken(write):
+def test_overrides_of_the_passage_go_to_its_scene(write):
     one, other = write('one'), load_scene(write('other', duration=120.0))
     values = {'ship.components.0.amplitude': 0.1, 'drift.white_fm': 2.0, 'clock.white_fm': 3.0}
     [entry] = make_entries([one], ship_of=other, overrides=values)
@@ -124,7 +124,7 @@ def test_values_of_the_passage_go_to_the_scene_whose_passage_is_taken(write):
     assert entry.scene.duration == 120.0
 
 
-def test_a_clock_keeps_the_noise_expected_of_it_on_another_passage(write):
+def test_a_clock_keeps_its_noise_on_another_passage(write):
     entries = make_entries(['clock_hanging_thread', write('one')], ship_of=write('two'))
     assert [entry.scene.drift.white_fm for entry in entries] == [45.0, 45.0, None]
 
@@ -161,11 +161,11 @@ CORK = {
     'height': 3.0,
     'rate': 20.0,
 }
-"""A ship without a hull, whose roll can be chosen."""
+"""A ship without a hull, with a roll that can be chosen."""
 
 
 @pytest.mark.parametrize('roll_deg', [0.0, 5.0, 30.0])
-def test_the_roll_that_the_clock_feels_has_twice_that_root_mean_square(roll_deg):
+def test_the_significant_roll_is_twice_its_root_mean_square(roll_deg):
     """Over 64 components and 10 h the mean square is known to 5 %, so the root to 3 %."""
     scene = load_scene('second_cam_at_sea', duration=36_000.0, ship=CORK)
     rolled = with_roll(scene, roll_deg)

@@ -95,13 +95,13 @@ def test_a_fleet_goes_on_where_it_was(alone, tmp_path, monkeypatch):
     monkeypatch.setattr(fleets, 'sail_ship', sail_ship)
     whole = sail_fleet(plan(), Crew(1), folder)
     assert lasting(whole.rows) == lasting(alone.rows)
-    again = sail_fleet(plan(4), Crew(1), folder)  # nothing is left to sail, nothing is lost
+    again = sail_fleet(plan(4), Crew(1), folder)  # all rows are there
     assert lasting(again.rows) == lasting(alone.rows[:4])
     assert pq.read_table(folder / 'ships.parquet').num_rows == 6
 
 
 def test_a_ship_that_is_lost_has_no_row_and_sails_again(alone, tmp_path, monkeypatch):
-    """Processes that die, and memory that ends, say nothing of a clock."""
+    """Dead processes and lack of memory are no results of a clock."""
     folder = tmp_path / 'fleet'
 
     def without_3(task, items, crew, progress):
@@ -226,7 +226,7 @@ def test_ships_beyond_the_first_are_checked_when_they_sail(tmp_path, monkeypatch
     assert any((tmp_path / 'fleet' / 'ships').iterdir())  # what came in is kept
 
 
-def test_another_fleet_or_something_else_in_the_folder_is_refused(tmp_path):
+def test_a_folder_with_other_contents_is_refused(tmp_path):
     sail_fleet(plan(1), Crew(1), tmp_path / 'fleet')
     with pytest.raises(UsageError, match='another fleet; vary differ'):
         sail_fleet(plan(1, {}), Crew(1), tmp_path / 'fleet')
@@ -270,7 +270,7 @@ runpy.run_module(sys.argv[0], run_name='__main__')
 @pytest.fixture
 def by_tls(tmp_path):
     """The certificate of docs/fleets.md, for this process and those that it starts."""
-    importlib.import_module('distributed')  # its defaults must outlive what is set here
+    importlib.import_module('distributed')  # its defaults must outlive these settings
     key, certificate = tmp_path / 'key.pem', tmp_path / 'fleet.pem'
     made = ('openssl', 'req', '-x509', '-newkey', 'ec', '-pkeyopt', 'ec_paramgen_curve:prime256v1')
     for_two = ('-nodes', '-days', '2', '-subj', '/CN=fleet')
@@ -316,7 +316,7 @@ def _process(*words, start=('-m',)):
 
 @pytest.mark.usefixtures('by_tls')
 def test_the_workers_of_a_scheduler_give_the_same_rows(alone, monkeypatch):
-    """By TLS, as the docs have it; who has no certificate is refused by the scheduler."""
+    """By TLS, as the docs have it. The scheduler refuses clients without a certificate."""
     alone_rows = lasting(alone.rows)
     here = ('--protocol', 'tls', '--host', '127.0.0.1', '--port', '0')
     with _process('dask_scheduler', *here, '--no-dashboard') as scheduler:
@@ -351,7 +351,7 @@ runpy.run_module(sys.argv[0], run_name='__main__')
 
 
 def test_workers_that_come_late_are_waited_for_and_checked(alone, monkeypatch):
-    """As from a batch queue: there is none at first, then one of other versions, then ours."""
+    """As from a batch queue: no worker at first, then one of other versions, then ours."""
     bare = ('--no-dashboard', '--nthreads', '1', '--host', '127.0.0.1', '--no-nanny')
     monkeypatch.setattr(workers, 'ASK_S', 2.0)
     here = ('--host', '127.0.0.1', '--port', '0', '--no-dashboard')
@@ -378,7 +378,7 @@ def test_workers_that_come_late_are_waited_for_and_checked(alone, monkeypatch):
 def test_workers_and_a_scheduler_that_are_lost_cost_no_ship(tmp_path, monkeypatch):
     """The worker is killed with the first ship under way, the scheduler with the fourth.
 
-    Each sails longer than this process takes to hear of one, so that some are left to lose.
+    Each sails longer than this process takes to hear of one: some are left to lose.
     """
     fleet = plan(duration=4 * 86_400.0)
     folder, lost = tmp_path / 'fleet', []
@@ -397,7 +397,9 @@ def test_workers_and_a_scheduler_that_are_lost_cost_no_ship(tmp_path, monkeypatc
                 which.kill()
 
         def hire(said, *_, **__):
-            if 'has not answered' in said or 'without TLS' in said:  # is busy; it is tested below
+            if (
+                'has not answered' in said or 'without TLS' in said
+            ):  # is busy, which is tested below
                 return
             assert re.match(r'there is no worker process for \d runs?\. Start some .da', said)
             start('dask_worker', scheduler.address, *bare)
@@ -431,7 +433,7 @@ def row(number, error, **values):
 def test_shares_have_wilsons_interval():
     """Wilson's formula is (p + z²/2n ± z √(p(1 − p)/n + z²/4n²))/(1 + z²/n)."""
     rows = [row(k, -float(k)) for k in range(100)]
-    # a clock that stopped has no longitude, as one whose motion an event ended
+    # a clock that stopped has no longitude, as after an event
     rows += [row(100, 0.0, failure='lost'), row(101, 0.0, stopped_s=9.0)]
     answers = statistics_of(rows)
     assert answers.failures == {'lost': 1, 'the clock stopped': 1}
@@ -458,7 +460,7 @@ def test_a_voyage_that_the_act_does_not_judge_is_not_judged():
     assert (found.within, found.unchecked_days) == (None, None)
 
 
-def test_the_picture_of_a_fleet_shows_prizes_only_where_it_is_judged(alone):
+def test_the_picture_shows_prizes_if_the_act_applies(alone):
     def said(fleet):
         axes = fleet_figure(fleet).axes[0]
         return axes.get_title(loc='left'), [text.get_text() for text in axes.texts]

@@ -61,4 +61,4 @@ def test_a_million_ships_fit():
         tracemalloc.stop()
     assert rows[count - 1] == one(count - 1)
     assert (after - before) / count < 400.0
-    assert (most - before) / count < 500.0  # nothing else of their size is held on the way
+    assert (most - before) / count < 500.0  # no other objects of their size exist on the way

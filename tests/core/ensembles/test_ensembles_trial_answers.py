@@ -11,7 +11,6 @@ from tauto_core.ensembles.trials import Rules, Sailed, Trial, TriedClock
 from tauto_core.ship.logbook import LoggedPassage
 
 CLOCK = TriedClock('made.yaml', 'made', {'ship': {}}, ('heave',))
-LIMITS = (30.0, 40.0, 60.0)
 
 
 def passage(number, days=50, latitude=0.0, longitude=-30.0, month=1, drift=0.1):
@@ -133,7 +132,7 @@ def test_short_passages_are_not_judged_and_parts_add_up():
     assert short.clocks[0].ways['corrected'].quantiles_nmi is not None
 
 
-def test_ships_in_company_are_told_with_what_their_logs_differ_by():
+def test_ships_in_company_have_the_difference_of_their_logs():
     one, beside = passage(1), passage(2, latitude=0.2)
     apart = passage(3, latitude=3.0)
     later = passage(4, month=7)

@@ -1,4 +1,4 @@
-"""A trial gives the rows of its clocks sailed alone; what is drawn scatters as logs do."""
+"""A trial gives the rows of its clocks sailed alone. Draws scatter as logs do."""
 
 import math
 from dataclasses import replace
@@ -85,7 +85,7 @@ def planned(folder, names, **more):
     return Rules(clocks, first.seed, 0.1, **more), read_passages(write_log(folder))
 
 
-def test_clocks_that_feel_the_sea_alike_have_the_bits_of_one_alone(tmp_path):
+def test_clocks_with_shared_inputs_keep_their_bits(tmp_path):
     """Forcing and integrals of the covariates are computed once for two of three clocks."""
     names = ('clock_cheek_weight', 'clock_own_cam_spring')
     rules, passages = planned(tmp_path, names, longest_s=57600.0)
@@ -98,7 +98,7 @@ def test_clocks_that_feel_the_sea_alike_have_the_bits_of_one_alone(tmp_path):
 
 
 def test_the_rate_of_a_trial_keeps_the_accuracy_asked_for(tmp_path):
-    """Against 16 Hz; fewer samples do than if all pieces were like the first one."""
+    """Against 16 Hz. Fewer samples suffice than if all pieces were like the first one."""
     rules, passages = planned(tmp_path, (), longest_s=86400.0)
     for _, passage in zip(range(2), passages, strict=False):
         scenes = [
@@ -111,7 +111,7 @@ def test_the_rate_of_a_trial_keeps_the_accuracy_asked_for(tmp_path):
         assert np.max(np.abs(error_s[0] - error_s[1])) <= asked
 
 
-def test_thermometer_and_imu_are_those_of_a_scene_with_covariates(trial, alone):
+def test_the_second_navigator_has_a_scenes_covariates(trial, alone):
     tried = trial.rules.clocks[0]
     assert tried.covariates == ('heave', 'roll', 'gravity')
     scene, _ = trial.rules.scene(tried, Sailing(0, trial.passages[0]))
@@ -127,8 +127,8 @@ def test_thermometer_and_imu_are_those_of_a_scene_with_covariates(trial, alone):
     assert alone.rows[1]['sensed_error_nmi'] is None
 
 
-def test_a_sea_that_cannot_be_sampled_is_named_by_its_clock_and_passage(trial):
-    """The sea is made of the scene that needs the most samples, here that of the second clock."""
+def test_an_error_of_the_sea_names_clock_and_passage(trial):
+    """The sea is made of the scene that needs the most samples, here the second clock's."""
     scene, _ = trial.rules.scene(trial.rules.clocks[1], Sailing(0, trial.passages[0]))
     hung = load_scene('suspended_weight_at_sea').suspension
     slow = with_rate(scene.model_copy(update={'suspension': hung}), 0.05)
@@ -166,7 +166,7 @@ def test_a_trial_goes_on_where_it_was(trial, alone, tmp_path, monkeypatch):
 
 
 def test_a_wind_drawn_anew_scatters_as_logs_do():
-    """2.98 m/s rms between two logs, 1.3 between their means; 19 degrees in the median."""
+    """2.98 m/s rms between two logs, 1.3 between their means, 19 degrees in the median."""
     days, draws = 60, 400
     entries = tuple(
         (f'1770-{1 + day // 28:02}-{1 + day % 28:02}T12:00', 40.0, -20.0, 90.0, 15.0, None)
@@ -181,7 +181,7 @@ def test_a_wind_drawn_anew_scatters_as_logs_do():
     turned, winds = found[..., 0] - 90.0, found[..., 1]
     apart = winds[::2] - winds[1::2]
     assert np.sqrt(np.mean(apart**2)) == pytest.approx(2.98, rel=0.05)
-    # 1.3 of the passage, and what is left of the days' scatter in a mean of 60
+    # 1.3 of the passage, and the remaining scatter of 60 days
     means = math.hypot(1.3, math.sqrt(2.0 / days) * 1.90)
     assert np.std(apart.mean(axis=1)) == pytest.approx(means, rel=0.12)
     between = np.abs(turned[::2] - turned[1::2])
@@ -261,13 +261,13 @@ def test_passages_are_chosen(tmp_path):
     assert ocean_of_passage(passages[2]) == 'South Pacific'
 
 
-def test_passages_of_any_name_are_chosen_by_the_year_of_their_first_entry(tmp_path):
+def test_passages_are_chosen_by_the_year_of_an_entry(tmp_path):
     text = LOG.replace('17700101-1,', 'La Une,').replace('17910701-3,', '1770-El Tres,')
     path = write_log(tmp_path, text.replace('1791-07-0', '1791070').replace('T18:00', 'T1800'))
     chosen = replace(ALL, years=(1780, 1800)).of(read_passages(path), path)
     assert [each.name for each in chosen] == ['1770-El Tres']
     assert season_of(chosen[0]) == 'June to August'
-    # one whose year is not known is not passed over
+    # a passage of unknown year is not passed over
     path = write_log(tmp_path, text.replace('1770-01-01T12:00,48.0,', 'noon,48.0,'))
     chosen = replace(ALL, years=(1780, 1800)).of(read_passages(path), path)
     assert [each.name for each in chosen] == ['La Une', '1770-El Tres']
@@ -292,9 +292,7 @@ NO_WIND = [f'{",".join(row.split(",")[:8])},,,' for row in OTHERS if '17910701' 
         ),
     ],
 )
-def test_a_wrong_log_is_refused_by_passage_and_row_before_anything_sails(
-    tmp_path, monkeypatch, text, key, said
-):
+def test_a_wrong_log_is_refused_by_passage_and_row(tmp_path, monkeypatch, text, key, said):
     monkeypatch.setattr(trials, 'sail_passage', lambda *_: pytest.fail('it sails'))
     with pytest.raises(SceneError) as refused:
         made(tmp_path, text=text)
@@ -307,7 +305,7 @@ THREE_WRONG = LOG.replace('46.5,-8.0,200,6.7', '46.5,-8.0,200,61').replace(
 ).replace('-13.5,-84.0,160,4.6', '-13.5,-84.0,160,99')  # fmt: skip
 
 
-def test_all_wrong_passages_are_told_and_the_others_sail_if_asked(tmp_path):
+def test_wrong_passages_are_listed_or_left_out(tmp_path):
     with pytest.raises(SceneError) as refused:
         made(tmp_path, text=THREE_WRONG)
     one, three, how = refused.value.problems
@@ -320,14 +318,14 @@ def test_all_wrong_passages_are_told_and_the_others_sail_if_asked(tmp_path):
     found = made(tmp_path, text=THREE_WRONG, skip_wrong=True)
     assert [each.name for each in found.passages] == ['17700101-2']
     assert found.left_out == (('17700101-1', one), ('17910701-3', three))
-    # of a sample none is lost to those that are left out
+    # passages that are left out do not reduce the sample
     sampled = made(tmp_path, text=THREE_WRONG, choice=replace(ALL, sample=1), skip_wrong=True)
     assert sampled.passages == found.passages
     with pytest.raises(UsageError, match='none of its'):
         made(tmp_path, text=THREE_WRONG, choice=replace(ALL, ocean='pacific'), skip_wrong=True)
 
 
-def test_a_swell_from_afar_that_the_scene_has_is_there_on_every_passage(tmp_path):
+def test_a_background_swell_is_on_every_passage(tmp_path):
     path = write_log(tmp_path)
     swell = {'significant_wave_height': 1.5, 'peak_period': 11.0, 'waves_to': 0.0}
     own = load_scene(
@@ -339,7 +337,7 @@ def test_a_swell_from_afar_that_the_scene_has_is_there_on_every_passage(tmp_path
     assert scene.ship.weather.background_swell.model_dump() == swell
 
 
-def test_a_trial_that_is_ended_early_has_sailed_a_sample_of_its_passages(trial):
+def test_a_trial_sails_its_passages_in_random_order(trial):
     passages = tuple(replace(trial.passages[0], name=f'{1700 + k}') for k in range(100))
     whole = replace(trial, passages=passages)
     logged = whole.sailings[:100]

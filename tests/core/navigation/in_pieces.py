@@ -1,4 +1,4 @@
-"""The same samples in other batches, for stages whose result does not depend on them."""
+"""The same samples in random batches."""
 
 from itertools import pairwise
 

@@ -3,7 +3,7 @@
 Independent of `tauto_core`: the noise comes from its autocovariance (circulant embedding, Davies
 and Harte, Biometrika 74, 1987; closed form for fractional noise of order −1/2, Hosking, Biometrika
 68, 1981), the deviations from the integral of its spectrum. Phases at unit intervals have the
-spectrum S_x = 2 (2 sin πf)^(α−2), 0 < f < 1/2, that of Kasdin and Walter (1992).
+spectrum S_x = 2 (2 sin πf)^(α−2), 0 < f < 1/2 (Kasdin and Walter, 1992).
 """
 
 from __future__ import annotations

@@ -45,7 +45,6 @@ from tauto_core.navigation.covariates import (
     fit,
     runs,
 )
-from tauto_core.navigation.drift import Track
 from tauto_core.navigation.kalman import Coefficient, same_fields
 from tauto_core.navigation.longitude import fix_samples
 from tauto_core.navigation.regressors import (
@@ -64,7 +63,7 @@ from tauto_core.samples import (
     SHIP_FIX,
     SHIP_IMU,
     TimeSamples,
-    join,
+    merged,
     same,
     take,
 )
@@ -83,7 +82,7 @@ NAMES = ('heave', 'roll')
 
 
 def model_of(states, noise=1.0):
-    # units of order one, so that the dense solution keeps its digits
+    # with units of order one the dense solution keeps its digits
     return ClockModel(0.5, 0.3, states, 0.01 * noise, 0.02 * noise, coefficients=BOTH)
 
 
@@ -162,57 +161,12 @@ def test_the_filter_is_batch_least_squares(states):
     np.testing.assert_allclose(filtered, solution[last], rtol=1e-9, atol=1e-10)
 
 
-@pytest.mark.parametrize('states', [2, 3])
-def test_a_ship_at_rest_has_the_filter_without_covariates(states):
-    model, rng = model_of(states), np.random.default_rng(2)
-    plain = ClockModel(0.5, 0.3, states, 0.01, 0.02)
-    stamps = np.cumsum(rng.integers(S // 5, 3 * S, 30)).tolist()
-    phases = rng.normal(size=30).tolist()
-    start = start_of(model)
-    alone = Known(0, prior(plain)._replace(dd=start.estimate.dd))
-    still = [(0.0, 0.0)] * 30
-    ours = filter_phases(start, stamps, phases, model, integrals_s=still).states
-    theirs = filter_phases(alone, stamps, phases, plain).states
-    for field in theirs._fields:
-        np.testing.assert_allclose(
-            getattr(ours, field), getattr(theirs, field), rtol=1e-12, atol=1e-14
-        )
-    np.testing.assert_array_equal(ours.heave, 1.0)
-    np.testing.assert_allclose(ours.heave_heave, 0.04, rtol=1e-15)
-
-
-@pytest.mark.parametrize('states', [2, 3])
-def test_one_at_a_time_late_and_all_at_once_give_the_same_bits(states):
-    model, rng = model_of(states), np.random.default_rng(3)
-    stamps = np.cumsum(rng.integers(S // 5, 3 * S, 40)).tolist()
-    phases = rng.normal(size=40).tolist()
-    integrals = np.cumsum(rng.uniform(0.0, 1.0, (40, 2)), axis=0).tolist()
-    start = start_of(model)
-    whole = filter_phases(start, stamps, phases, model, integrals_s=integrals).after(40)
-    track = Track(start, model)
-    order = [*range(1, 40, 2), *range(0, 40, 2)]
-    for k in order[:25]:
-        track.use([stamps[k]], [phases[k]], integrals_s=[tuple(integrals[k])])
-    resumed = Track(start, model)
-    resumed.restore(track.state())
-    for k in order[25:]:
-        resumed.use([stamps[k]], [phases[k]], integrals_s=[tuple(integrals[k])])
-    assert resumed.last == whole
-    many = same_fields(prior(model), (np.full(5, value) for value in whole.estimate))
-    ahead = np.arange(5.0)
-    moved = 0.3 * ahead, 0.7 * ahead
-    later = predict(many, ahead, model, moved)
-    for k in range(5):
-        one = predict(whole.estimate, float(k), model, (float(moved[0][k]), float(moved[1][k])))
-        assert tuple(column[k] for column in later) == tuple(one)
-
-
 HEAVY = -(0.075**2) / 8.0
-"""Mean of x_heave where the heave's acceleration is 0.075 g, root mean square: -61 s/day."""
+"""Mean of x_heave for a heave of 0.075 g root mean square: -61 s/day."""
 
 
 def daily(days, seas, model, truth, rng):
-    """The filter over daily observations; `seas` gives the mean regressors of each day."""
+    """The filter over daily observations. `seas` gives the mean regressors of each day."""
     integrals = np.cumsum(np.array(seas) * DAY, axis=0)
     stamps = (np.arange(1, days + 1) * DAY * 1e9).astype(np.int64)
     dial = truth[0] * stamps / 1e9 + integrals @ truth[1:]
@@ -299,8 +253,8 @@ def test_integrals_are_those_of_the_motion():
     scene = scene_of(duration=1200.0)
     t = np.array([0.0, 40.0, 401.3, 803.71, 1200.0])
     found = integrals(scene, motion_of(scene), 100.0 + t)
-    # The high-pass takes 1/(Ωτ)² of the square of a wave, 2.8e-5; the trapezoid misses (2Ωh)²/12,
-    # 1e-3, of what swings twice with the wave, whole waves nothing.
+    # The high-pass takes 1/(Ωτ)² of the square of a wave, 2.8e-5. The trapezoid misses (2Ωh)²/12,
+    # 1e-3, of the part with twice the frequency, and vanishes over whole waves.
     np.testing.assert_allclose(found[:, 0], exact(t)[:, 0], rtol=4e-5, atol=1e-6)
     np.testing.assert_allclose(found[:, 1], exact(t)[:, 1], rtol=1e-12, atol=3e-6)
 
@@ -386,12 +340,7 @@ def topics_of(scene):
 
 
 def run(stage, feeds):
-    said = [stage.feed(batches) for batches in feeds]
-    said.append(stage.finish())
-    return {
-        topic: join([batches[topic] for batches in said if topic in batches])
-        for topic in stage.outputs
-    }
+    return merged([*(stage.feed(batches) for batches in feeds), stage.finish()])
 
 
 STAGED = scene_of()
@@ -400,7 +349,7 @@ TOPICS = topics_of(STAGED)
 
 @settings(max_examples=20, deadline=None)
 @given(st.data())
-def test_the_stage_says_the_same_in_any_order_of_arrival_and_after_resuming(data):
+def test_order_of_arrival_and_resuming_do_not_change_the_stage(data):
     whole = run(DriftStage(STAGED), [TOPICS])
     assert len(whole[ESTIMATE].stamp_ns) == STAGED.log_count
     pieces = data.draw(feeds(TOPICS))
@@ -408,17 +357,14 @@ def test_the_stage_says_the_same_in_any_order_of_arrival_and_after_resuming(data
     first, second = DriftStage(STAGED), DriftStage(STAGED)
     said = [first.feed(piece) for piece in pieces[:cut]]
     second.restore(first.state())
-    said += [second.feed(piece) for piece in pieces[cut:]]
-    said.append(second.finish())
+    found = merged([*said, run(second, pieces[cut:])])
     for topic in DriftStage.outputs:
-        found = join([each[topic] for each in said if topic in each])
-        np.testing.assert_array_equal(found.stamp_ns, whole[topic].stamp_ns)
-    found = join([each[ESTIMATE] for each in said if ESTIMATE in each])
-    np.testing.assert_array_equal(found.position, whole[ESTIMATE].position)
+        np.testing.assert_array_equal(found[topic].stamp_ns, whole[topic].stamp_ns)
+    np.testing.assert_array_equal(found[ESTIMATE].position, whole[ESTIMATE].position)
     assert not any(second.health().values())
 
 
-def test_what_is_said_has_names_and_the_integrals_from_which_it_can_be_told_again():
+def test_recorded_integrals_repeat_the_estimate():
     whole = run(DriftStage(STAGED), [TOPICS])
     estimate = whole[ESTIMATE]
     assert estimate.name == estimate_names(('heave', 'roll'))
@@ -451,14 +397,14 @@ def test_readings_wait_for_the_motion_but_not_for_ever():
     assert len(rest[ESTIMATE].stamp_ns) == 10
     [words] = drift_warnings(held.health(), STAGED)
     assert 'did not reach 21 readings' in words
-    # where the scene's own ship drives, the motion is waited for
+    # the stage waits for the motion of the scene's own ship
     own = DriftStage(STAGED)
     assert own.feed({READING: reading, OBSERVATION: TOPICS[OBSERVATION]}) == {}
     assert CORRECTED in own.feed({SHIP_IMU: TOPICS[SHIP_IMU]})
 
 
-def test_a_reading_is_told_as_soon_as_the_motion_has_reached_its_stamp():
-    """One a nanosecond later is not, since nothing is known of the motion there."""
+def test_a_reading_is_released_when_motion_reaches_its_stamp():
+    """A reading a nanosecond later waits for the motion."""
     reached = 110 * S
     stamps = np.array([reached, reached + 1])
     stage = DriftStage(STAGED)
@@ -471,11 +417,11 @@ def test_a_reading_is_told_as_soon_as_the_motion_has_reached_its_stamp():
     assert stage.health()['motion_unknown'] == 0
 
 
-def test_the_longitude_is_as_uncertain_as_the_coefficients_make_it():
-    """Known k_j and those of a sigma differ in the east variance by Σ (σ_j ΔX_j)² alone.
+def test_coefficients_widen_the_longitude_by_their_sigma():
+    """Uncertain k_j add Σ (σ_j ΔX_j)² to the east variance.
 
-    Nothing is observed after the start, where the X are 0, so that the k are not correlated with
-    the rest; a second of the clock is 463.8 m along the equator.
+    Without observations after the start the k are not correlated with the other states. A second
+    of the clock is 463.8 m along the equator.
     """
     latitude, sigmas = 50.0, (3.0, 2.0)
 
@@ -547,12 +493,12 @@ def run_scene_of(machine, covariates='heave, roll', more=''):
 
 
 def slow():
-    """A ship whose motion is sampled twice a second."""
+    """A ship with two samples of its motion a second."""
     return run_scene_of(SECOND_CAM).ship.model_copy(update={'rate': 2.0})
 
 
 def mathieu(wave_s, swing_s):
-    """Change of the frequency by that of a slow heave, -ε²/16, of y'' + ω²(1 + ε cos Ωt) y = 0.
+    """Frequency change over the slow limit, -ε²/16, of y'' + ω²(1 + ε cos Ωt) y = 0.
 
     Characteristic exponent of Mathieu's equation, Abramowitz & Stegun 20.3.15.
     """
@@ -614,7 +560,7 @@ def test_what_a_scene_states_is_not_tried():
         ),
     ],
 )
-def test_the_assumption_names_what_the_rate_follows_and_how_it_wanders(more, words):
+def test_the_assumption_names_covariates_and_wandering(more, words):
     assert assumption(run_scene_of(LINEAR, more=more)) == words
 
 
@@ -642,9 +588,7 @@ def test_impossible_covariates_are_refused_by_name(covariates, more, words):
 @pytest.mark.parametrize(
     ('stated', 'tried'), [(None, SEA_TOLERANCE), (1e-9, SEA_TOLERANCE), (1e-4, 1e-4)]
 )
-def test_the_sea_is_sailed_no_finer_than_the_scene_and_no_finer_than_it_takes(
-    monkeypatch, stated, tried
-):
+def test_the_trial_sea_has_the_coarser_tolerance(monkeypatch, stated, tried):
     seen = []
 
     class Noted:
@@ -661,14 +605,14 @@ def test_the_sea_is_sailed_no_finer_than_the_scene_and_no_finer_than_it_takes(
 
 
 @pytest.mark.parametrize('machine', [LINEAR, SECOND_CAM], ids=['weight', 'force'])
-def test_an_equation_that_explains_the_rate_departs_by_less_than_its_priors(machine):
+def test_a_fitting_equation_departs_by_less_than_its_priors(machine):
     scene = run_scene_of(machine)
     found = fit(scene, tuple(each.coefficient for each in runs(scene)))
     assert found.sigmas < 0.5
     assert len(clock_model(scene).coefficients) == 2
 
 
-def test_a_clock_that_no_rate_equation_fits_is_refused_with_what_covers_it():
+def test_without_a_fitting_equation_a_random_walk_is_advised():
     """The sea swings the thread, which no regressor sees."""
     with pytest.raises(SceneError, match='no rate equation fits this machine') as caught:
         clock_model(run_scene_of(HANGING))
@@ -698,7 +642,7 @@ def test_the_departure_is_in_sigmas_of_the_priors():
 
 
 def test_the_walk_is_the_one_that_bends_the_error_as_much(monkeypatch):
-    """An error c t² bends by 2 c τ² in two times τ; a walk of density q by √(2/3 q τ³)."""
+    """An error c t² bends by 2 c τ² in two times τ, a walk of density q by √(2/3 q τ³)."""
 
     class Bent:
         def __init__(self, _scene, length_s):
@@ -716,7 +660,7 @@ def test_the_walk_is_the_one_that_bends_the_error_as_much(monkeypatch):
     assert found.random_walk_fm == pytest.approx(86_400.0 * math.sqrt(q * 86_400.0), rel=1e-9)
 
 
-def test_white_noise_that_bends_the_error_as_much_is_expected_too():
+def test_white_noise_explains_the_bend_as_well():
     tau_days, found = 0.5 * SEA_S / 86_400.0, Fit(9.0, 100.0)
     enough = 100.0 * tau_days / math.sqrt(3.0)
     for white_fm, expected in ((1.01 * enough, True), (0.99 * enough, False)):
@@ -728,13 +672,13 @@ def test_white_noise_that_bends_the_error_as_much_is_expected_too():
 @pytest.mark.parametrize(
     ('found', 'said'), [(124.7, 130.0), (25.0, 25.0), (2402.8, 2500.0), (0.0171, 0.018)]
 )
-def test_a_random_walk_is_advised_in_two_digits_and_never_too_small(found, said):
+def test_the_advised_walk_is_rounded_up_to_two_digits(found, said):
     assert Fit(9.0, found).advised == pytest.approx(said, rel=1e-12)
     assert Fit(9.0, found).advised >= found
 
 
 # -----------------------------------------------------------------------------
-# The wandering under way of a scene that states none (navigator.md).
+# The default wandering under way (navigator.md).
 
 TRIAL = Path(__file__).parents[3] / 'docs' / 'trial.csv'
 CLOCKS = {
@@ -750,7 +694,7 @@ def walk_of(density_per_s):
     return math.sqrt(density_per_s * DAY) * DAY
 
 
-def test_a_clock_wanders_by_what_it_answers_and_its_passage_meets():
+def test_a_clock_wanders_by_air_gravity_and_sea():
     force, weight = tauto.load('clock_second_cam_force'), tauto.load('clock_own_cam_weight')
     # a force: by the air alone, 10.7 s/day for each of the 1.6 K in a day
     [air] = runs(tauto.load(force, drift={'covariates': ['temperature']}))
@@ -758,7 +702,7 @@ def test_a_clock_wanders_by_what_it_answers_and_its_passage_meets():
     found = climate_walk(force)
     assert found.causes == ('air',)
     assert walk_of(found.density_per_s) == pytest.approx(PASSAGE_KELVIN * heat, rel=0.01)
-    # a weight in a room: by gravity and by the sea, whose coefficients are 1
+    # a weight in a room: by gravity and by the sea, with coefficients of 1
     room = climate_walk(tauto.load(weight, air={'kind': 'constant', 'celsius': 8.0}))
     assert room.causes == ('gravity', 'sea')
     by_both = DAY * math.hypot(PASSAGE_GRAVITY, PASSAGE_SEA)
@@ -778,13 +722,13 @@ def test_a_clock_wanders_by_what_it_answers_and_its_passage_meets():
         ({'white_fm': 2.0}, ()),
     ],
 )
-def test_what_a_scene_states_or_its_equation_follows_is_not_expected_again(drift, causes):
+def test_stated_or_followed_causes_do_not_wander(drift, causes):
     assert climate_walk(tauto.load('clock_own_cam_weight', drift=drift)).causes == causes
     # nor does one sea change
     assert climate_walk(tauto.load('involute_weight_at_sea')) == (0.0, ())
 
 
-def test_the_sigma_grows_from_the_departure_by_the_wandering_alone():
+def test_wandering_widens_the_sigma_from_the_departure():
     """Half an hour in port, half an hour under way: P_xx is larger by q t³/3."""
     given = {'duration': 3600.0, 'voyage__sails_at': 1800.0, 'drift__observation_interval': 600.0}
     still = tauto.sail('clock_second_cam_force', **given, drift__random_walk_fm=0.001)
@@ -799,10 +743,10 @@ def test_the_sigma_grows_from_the_departure_by_the_wandering_alone():
 
 
 @pytest.mark.parametrize('clock', CLOCKS)
-def test_95_per_cent_of_the_default_cover_the_passages_of_the_log_books(clock):
+def test_the_default_sigma_covers_the_logged_passages(clock):
     """The errors of 185 passages as they were sailed (docs/trial.md), each with its own seed.
 
-    An honest σ covers 95 of 100; 85 to 99 leave room for one random walk for all oceans. The
+    An honest σ covers 95 of 100. 85 to 99 leave room for one random walk for all oceans. The
     spring answers to the square of a change of the air, of which a walk makes too much.
     """
     scene = tauto.load(clock)

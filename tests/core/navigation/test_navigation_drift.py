@@ -152,7 +152,7 @@ def test_a_steady_rate_is_found_within_its_sigma():
     readings = times(100.0 + days, 4.0 / 86_400.0 * days)
     said = run(DriftStage(daily), [{READING: readings, OBSERVATION: observations}])
     _, offset_sigma, rate, rate_sigma = said[ESTIMATE].position[-1]
-    # least squares over 31 days: 0.5/√Σ(t−t̄)² = 0.0100 s/day; the noise floor adds a few percent
+    # least squares over 31 days: 0.5/√Σ(t−t̄)² = 0.0100 s/day. The noise floor adds a few percent
     assert rate_sigma == pytest.approx(0.5 / np.sqrt(31 * (31**2 - 1) / 12), rel=0.1)
     assert abs(rate - 4.0) < 4 * rate_sigma
     residual = said[CORRECTED].time_ref_ns[-1] - said[CORRECTED].stamp_ns[-1]
@@ -284,7 +284,7 @@ def test_foreign_observations_of_the_past_are_put_in_their_place():
 
 def test_foreign_observations_of_a_later_day_are_refused():
     stage = DriftStage(scene_of(), expect_schedule=False)
-    # nothing is known of the clock yet: it may belong to what comes
+    # the clock is unknown yet: it may belong to what comes
     stage.feed({OBSERVATION: times([300_000])})
     stage.feed({READING: times([100, 101])})
     stage.feed({OBSERVATION: times([101 + 86_400, 102 + 86_400, 1_700_000_000])})

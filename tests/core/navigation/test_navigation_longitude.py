@@ -100,7 +100,7 @@ def test_harrisons_h4_at_jamaica():
     assert said[LONGITUDE_FIX].latitude[0] == 18.0
 
 
-def test_the_cosine_of_a_latitude_has_the_same_bits_wherever_it_stands():
+def test_the_bits_of_a_cosine_do_not_depend_on_its_place():
     degrees = np.random.default_rng(1).uniform(-90.0, 90.0, 1001)
     for first in range(9):
         found = np.empty(len(degrees) - first)
@@ -111,15 +111,15 @@ def test_the_cosine_of_a_latitude_has_the_same_bits_wherever_it_stands():
 
 @pytest.mark.parametrize('latitude', [-66.6, -17.93, 0.0, 17.93, 50.79, 89.0])
 def test_the_east_sigma_is_the_seconds_along_the_parallel(latitude):
-    """A second is 15″ of a circle of radius a cos φ; 1e-12 for roundings."""
+    """A second is 15″ of a circle of radius a cos φ, 1e-12 allows for rounding."""
     said = LongitudeStage(SCENE).feed(topics([1, 2], 0.0, 0.0, 1.5, latitude=latitude))
     fix = said[LONGITUDE_FIX]
     second = math.radians(15.0 / 3600.0) * 6_378_137.0 * math.cos(math.radians(latitude))
     np.testing.assert_allclose(fix.position_covariance[:, 0], (1.5 * second) ** 2, rtol=1e-12)
-    # 1 m² to the north and upwards, which no clock tells; not correlated
+    # 1 m² to the north and upwards, which no clock tells, and no correlations
     np.testing.assert_array_equal(fix.position_covariance[:, [4, 8]], 1.0)
     assert np.count_nonzero(fix.position_covariance) == 2 * 3
-    # nautical miles of a globe whose equator is 21600 arc minutes
+    # nautical miles of a globe with an equator of 21600 arc minutes
     miles = 1.5 * second / (2.0 * math.pi * 6_378_137.0 / 21_600.0)
     assert errors_of(said)['sigma_nmi'] == pytest.approx(miles, rel=1e-12)
     assert set(fix.status) == {0}
@@ -211,7 +211,7 @@ def test_waiting_stamps_are_counted_at_the_end():
     assert stage.health()['stamps_unjoined'] == 2
 
 
-def test_without_fixes_the_scenes_route_counts_from_the_first_reading():
+def test_without_fixes_the_route_begins_at_the_first_reading():
     stage = LongitudeStage(SCENE, expect_fix=False)
     parts = topics([1_700_000_000, 1_700_000_050], 0.0, 0.0)
     del parts[SHIP_FIX]
@@ -244,7 +244,7 @@ def test_a_live_clock_without_a_fix_has_no_place():
     assert math.isnan(errors_of(said)['error_nmi'])
 
 
-def test_a_place_is_unknown_once_its_fix_is_too_old_and_less_sure_before():
+def test_the_sigma_of_a_place_grows_with_the_age_of_its_fix():
     _, said, notices = live_clock([(2, 60.0, 5.0), (20, 60.0, 5.0)], 20)
     place = said[LONGITUDE_FIX]
     assert (place.stamp_ns // S).tolist() == [*range(2, 13), 20]
@@ -268,8 +268,8 @@ def test_a_place_is_unknown_once_its_fix_is_too_old_and_less_sure_before():
         ((50.0, 135.0), 90, 'fixes_moved', 1),
     ],
 )
-def test_a_place_that_no_ship_reaches_is_refused_until_it_persists(place, seconds, fault, count):
-    """50 m/s are 0.0005 degrees a second; a blunder begins at 10 s, and a minute makes a place."""
+def test_a_place_out_of_reach_is_refused_until_it_persists(place, seconds, fault, count):
+    """50 m/s are 0.0005 degrees a second. A blunder begins at 10 s, and a minute makes a place."""
     fixes = [(t, *(place if 10 <= t < 10 + seconds else (50.0, -5.0))) for t in range(1, 120)]
     stage, said, _ = live_clock(fixes, 120, max_age_s=100.0)
     assert stage.health()[fault or 'fixes_moved'] == count
@@ -434,7 +434,7 @@ def test_a_landfall_nothing_is_known_of_beforehand_is_not_judged():
     assert early['unchecked_days'] == pytest.approx(1.0 / 86_400.0)
 
 
-def test_the_act_asked_for_three_seconds_a_day_to_the_west_indies():
+def test_the_act_requires_three_seconds_a_day():
     """Half a degree, 120 s, after six weeks: 2.86 s/day on the equator (domain.md 3)."""
     assert required_rate_s_per_day(42.0, 0.0) == pytest.approx(120.0 / 42.0, rel=1e-15)
     assert required_rate_s_per_day(42.0, -60.0) == pytest.approx(240.0 / 42.0, rel=1e-15)
@@ -497,15 +497,6 @@ def stamps(*days):
     return np.array([(100 + round(day * DAY)) * S for day in days], np.int64)
 
 
-PLYMOUTH, JAMAICA = (50.37, -4.14), (17.93, -76.84)
-
-
-def haversine_m(one, other, radius_m=6_371_008.8):
-    (a, b), (c, d) = np.radians(one), np.radians(other)
-    half = math.sin((c - a) / 2) ** 2 + math.cos(a) * math.cos(c) * math.sin((d - b) / 2) ** 2
-    return 2 * radius_m * math.asin(math.sqrt(half))
-
-
 @pytest.mark.parametrize(
     ('departure', 'arrival', 'length_m'),
     [
@@ -518,42 +509,10 @@ def haversine_m(one, other, radius_m=6_371_008.8):
 def test_length_is_the_published_one(departure, arrival, length_m):
     route = route_of(departure, arrival)
     assert route.length_m == pytest.approx(length_m, abs=1e-3)
-    # the sphere differs from the ellipsoid by at most 0.56 %
-    assert route.length_m == pytest.approx(haversine_m(departure, arrival), rel=5.6e-3)
-
-
-def test_the_ship_waits_sails_at_constant_speed_and_stays():
-    route = route_of(PLYMOUTH, JAMAICA)
-    fix = route.fixes(stamps(0, 13.9, 14, 54.5, 95, 99))
-    places = list(zip(fix.latitude.tolist(), fix.longitude.tolist(), strict=True))
-    assert places[:3] == [PLYMOUTH] * 3
-    assert places[4:] == [JAMAICA] * 2
-    middle = places[3]
-    assert haversine_m(PLYMOUTH, middle) == pytest.approx(route.length_m / 2, rel=5.6e-3)
-    assert haversine_m(middle, JAMAICA) == pytest.approx(route.length_m / 2, rel=5.6e-3)
-    # equal times, equal ways: 1e-6 for the curvature of the geodesic over 62 m a step
-    days = 14 + np.arange(1, 5) * 60.0 / DAY
-    steps = route.fixes(stamps(*days))
-    ways = np.hypot(np.diff(steps.latitude), np.diff(steps.longitude) * np.cos(np.radians(50.37)))
-    np.testing.assert_allclose(ways, ways[0], rtol=1e-6)
-
-
-def test_the_way_is_continuous_at_both_ports():
-    route = route_of(PLYMOUTH, JAMAICA)
-    edges = stamps(14, 95)
-    near = route.fixes(np.array([edges[0] + 1, edges[1] - 1]))
-    np.testing.assert_allclose(near.latitude, [PLYMOUTH[0], JAMAICA[0]], rtol=0, atol=1e-12)
-    np.testing.assert_allclose(near.longitude, [PLYMOUTH[1], JAMAICA[1]], rtol=0, atol=1e-12)
-
-
-def test_places_do_not_depend_on_the_batch():
-    route = route_of(PLYMOUTH, JAMAICA)
-    at = stamps(*np.linspace(0, 100, 41))
-    whole = route.fixes(at)
-    for index in range(41):
-        one = route.fixes(at[index : index + 1])
-        part = take(whole, slice(index, index + 1))
-        assert (one.latitude, one.longitude) == (part.latitude, part.longitude)
+    # the ship waits, sails and stays
+    fix = route.fixes(stamps(0, 14, 95, 99))
+    np.testing.assert_allclose(fix.latitude, np.repeat([departure[0], arrival[0]], 2))
+    np.testing.assert_allclose(fix.longitude, np.repeat([departure[1], arrival[1]], 2))
 
 
 def test_without_a_voyage_the_ship_lies_where_a_minute_is_a_mile():
@@ -566,9 +525,3 @@ def test_without_a_voyage_the_ship_lies_where_a_minute_is_a_mile():
         {2},
     )
     np.testing.assert_array_equal(fix.position_covariance, np.tile(np.eye(3).ravel(), (2, 1)))
-
-
-def test_a_voyage_to_where_it_began_stays_there():
-    fix = route_of(PLYMOUTH, PLYMOUTH).fixes(stamps(0, 40, 99))
-    np.testing.assert_allclose(fix.latitude, PLYMOUTH[0], rtol=0, atol=1e-13)
-    np.testing.assert_allclose(fix.longitude, PLYMOUTH[1], rtol=0, atol=1e-13)

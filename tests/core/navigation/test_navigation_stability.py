@@ -84,13 +84,13 @@ def test_intervals_hold_the_deviation_as_often_as_they_say(alpha):
         for row, kind in enumerate(kinds):
             each = getattr(found, kind)
             held[row] += (each.low < true[kind]) & (true[kind] < each.high)
-    # 95 % of 150 is 142.5 ± 2.7; fewer than 128 come with a probability of 2e-6, here of 60 counts
+    # 95 % of 150 is 142.5 ± 2.7. Fewer than 128 come with a probability of 2e-6, here of 60 counts
     assert held.min() >= 128
     # intervals are not simply wide: of 60 counts the mean is 142.5 by one or two
     assert 139 < held.mean() < 146
 
 
-def test_a_clock_of_two_kinds_keeps_its_intervals_where_the_kinds_change():
+def test_intervals_hold_where_the_kind_of_noise_changes():
     rng = np.random.default_rng(11)
     runs, factors, parts = 60, (4, 16, 64), {2: 1.0, -2: 0.003}
     true = [power_law_noise.deviation('allan', parts, m) for m in factors]
@@ -98,7 +98,7 @@ def test_a_clock_of_two_kinds_keeps_its_intervals_where_the_kinds_change():
     for _ in range(runs):
         found = stability(power_law_noise.mixed(parts, 513, rng), 1.0, factors)
         held += (found.allan.low < true) & (true < found.allan.high)
-    # 57 ± 1.7 of 60; where a kind cannot give way to another (CHANGE = 0) it is 49 at m = 64
+    # 57 ± 1.7 of 60. If a kind cannot give way to another (CHANGE = 0) it is 49 at m = 64
     assert held.min() >= 52
 
 
@@ -123,7 +123,7 @@ def test_degrees_of_freedom_in_closed_form(alpha, order, exact):
 
 @pytest.mark.parametrize('alpha', [2, 0, -1, -2])
 @pytest.mark.parametrize(('order', 'modified'), [(2, False), (2, True), (3, False)])
-def test_degrees_of_freedom_of_long_times_are_those_of_greenhall_and_riley(alpha, order, modified):
+def test_degrees_of_freedom_agree_with_greenhall_and_riley(alpha, order, modified):
     """From m = 32 on it does not matter whether phases are averaged over the sampling interval."""
     for m in (32, 100, 300):
         found = degrees_of_freedom(alpha, Difference(order, m, modified), 2049)

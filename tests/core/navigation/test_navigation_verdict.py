@@ -34,7 +34,7 @@ def sure(scatter: float) -> RateError:
     return RateError(scatter, 0.0)
 
 
-def test_a_rate_of_a_second_a_day_is_a_quarter_of_a_mile_a_day_on_the_equator() -> None:
+def test_a_second_a_day_is_a_quarter_of_a_mile_a_day() -> None:
     """The sun passes 15 arc minutes in a minute: 1 s/day for 42 days are 42 s, 10.5 miles."""
     found = projection(1.0, sure(0.25), KNOWN, QUIET, 0.0)
     six_weeks, jamaica = found['projection']
@@ -48,7 +48,7 @@ def test_a_rate_of_a_second_a_day_is_a_quarter_of_a_mile_a_day_on_the_equator() 
     assert at_sixty['raw_error_nmi'] == pytest.approx(-10.5 / 2.0)
 
 
-def test_the_corrected_clock_is_as_uncertain_as_the_run_in_which_it_was_rated() -> None:
+def test_the_corrected_clock_has_the_sigma_of_its_rating() -> None:
     """The estimate errs by 0.5 s/day from a mean rate that errs by 0.25."""
     six_weeks = projection(1.0, sure(0.25), KNOWN, QUIET, 0.0)['projection'][0]
     assert six_weeks['sigma_nmi'] == pytest.approx(math.hypot(0.5, 0.25) * 10.5)
@@ -62,8 +62,8 @@ def test_a_rate_scatters_on_the_voyage_as_it_did_in_the_run() -> None:
 
 def test_a_clock_that_is_known_exactly_still_gathers_noise() -> None:
     """White noise of the frequency: the phase walks by √(q₁ T), here 0.1 s √42. A random walk of
-    the dial's rate by q₂ gives √(q₂ T³/3), and as much again where the mean rate is that of a run
-    as long as the voyage, at whose end the rate has left it.
+    the dial's rate by q₂ gives √(q₂ T³/3), and as much again if the mean rate belongs to a run
+    as long as the voyage.
     """
     noisy = ClockModel(0.5, 1e-4, white_fm_s=0.1**2 / 86_400.0, random_walk_fm_per_s=0.0)
     known = {'rate_s_per_day': 0.0, 'rate_sigma_s_per_day': 0.0}
@@ -99,7 +99,7 @@ def test_no_projection_goes_beyond_half_a_turn(rate: float, scatter: float, said
         assert (said or 'after 81 days') in found['not_projected']
 
 
-def test_an_unregulated_dial_is_left_out_and_its_corrected_clock_projected() -> None:
+def test_only_the_corrected_clock_of_a_wrong_dial_is_projected() -> None:
     rated = {'rate_s_per_day': -2_511.0, 'rate_sigma_s_per_day': 0.5}
     found = projection(-2_511.0, sure(0.0), rated, QUIET, 0.0)
     assert [row['raw_error_nmi'] for row in found['projection']] == [None, None]
@@ -107,7 +107,7 @@ def test_an_unregulated_dial_is_left_out_and_its_corrected_clock_projected() -> 
     assert 'corrected' not in found['not_projected']
 
 
-def test_without_the_error_of_the_rate_nothing_is_projected_and_the_reason_said() -> None:
+def test_without_a_standard_error_the_reason_is_given() -> None:
     unknown = RateError(None, 3_600.0, 'cannot be projected: the swing dies away')
     assert projection(1.0, unknown, KNOWN, QUIET, 0.0) == {
         'projection': [],
@@ -136,11 +136,9 @@ def why(name: str, length_s: float = 3_600.0, sigma: float | None = 1.0, **chang
         ('globe_in_oil', ''),
     ],
 )
-def test_a_rate_that_never_forgets_how_its_swing_began_is_not_known(
-    scene: str, reason: str
-) -> None:
-    """Over 30 seeds the rates of the first three scatter by 5 to 13 times what runs show; an
-    isochronous wheel has nothing to forget, and a held one forgets in a minute.
+def test_an_undamped_swing_has_no_known_mean_rate(scene: str, reason: str) -> None:
+    """Over 30 seeds the rates of the first three scatter by 5 to 13 times what runs show. An
+    isochronous wheel does not depend on its start, and a held one forgets in a minute.
     """
     assert why(scene).startswith(f'cannot be projected: {reason}' if reason else '')
     assert bool(why(scene, sigma=None)) == bool(reason)
@@ -150,7 +148,7 @@ def test_on_land_a_swing_that_nothing_damps_goes_on_as_it_is() -> None:
     assert not why('involute_weight_at_sea', ship=load_scene('ideal').ship)
 
 
-def test_what_the_amplitude_changes_by_less_than_the_rate_is_known_may_be_kept() -> None:
+def test_an_effect_below_the_standard_error_is_ignored() -> None:
     """A tenth of the amplitude is 82 s/day on the involute."""
     assert why('involute_weight_at_sea', sigma=81.0)
     assert not why('involute_weight_at_sea', sigma=83.0)
@@ -169,7 +167,7 @@ def test_a_clock_that_will_stop_is_not_projected() -> None:
     assert 'the swing dies away' in why('sully_lever_at_sea', escapement=None)
 
 
-def test_a_voyage_that_cannot_be_projected_says_so_and_has_no_standard_error() -> None:
+def test_a_voyage_without_projection_has_no_standard_error() -> None:
     report = sail(load_scene('involute_weight_at_sea', duration=600.0)).result
     assert report['longitude']['projection'] == []
     assert 'nothing damps the wheel' in report['longitude']['not_projected']
@@ -200,7 +198,7 @@ def found(samples: TimeSamples, chunk: int = LENGTH_S + 1, length_s: int = LENGT
 
 
 def stated(rates: FloatArray, jitter_s: FloatArray | float = 0.0) -> FloatArray:
-    """Return the standard errors of clocks that gain `rates` s/s each second; without unknown."""
+    """Return the standard errors of clocks that gain `rates` s/s, without unknown ones."""
     dials = np.concatenate([np.zeros((len(rates), 1)), np.cumsum(1.0 + rates, axis=1)], axis=1)
     sigmas = [found(readings(dial)).standard_error_s_per_day for dial in dials + jitter_s]
     return np.array([sigma for sigma in sigmas if sigma is not None])
@@ -224,7 +222,7 @@ def rms(values: FloatArray) -> float:
     return float(np.sqrt(np.mean(np.square(values))))
 
 
-def test_the_error_is_the_same_to_the_last_bit_in_chunks_of_any_size() -> None:
+def test_chunks_do_not_change_the_bits_of_the_error() -> None:
     rates, _ = remembering(1, 5.0)
     whole = readings(np.cumsum(1.0 + rates[0]), first_s=5)
     assert len({found(whole, chunk) for chunk in (1, 7, 100, 1024)}) == 1
@@ -249,12 +247,12 @@ def test_a_run_cut_short_counts_and_32_readings_are_too_few() -> None:
 
 
 @pytest.mark.parametrize('memory_s', [0.01, 10.0, 50.0])
-def test_it_is_the_scatter_of_mean_rates_however_neighbours_are_correlated(
+def test_the_error_is_the_scatter_of_correlated_rates(
     memory_s: float,
 ) -> None:
-    """Memories of none, a hundredth and a twentieth of the run. 200 clocks with some four degrees
-    of freedom each give the root mean square to 3 %; the mean over the memories, where the run
-    hardly tells them apart, makes it larger by a fifth at most.
+    """No memory, a hundredth and a twentieth of the run. 200 clocks with some four degrees
+    of freedom each give the root mean square to 3 %. The mean over the memories, which the run
+    hardly distinguishes, makes it larger by a fifth at most.
     """
     rates, true = remembering(200, memory_s)
     sigmas = stated(rates)
@@ -262,14 +260,14 @@ def test_it_is_the_scatter_of_mean_rates_however_neighbours_are_correlated(
     assert 0.95 * true < rms(sigmas) < 1.3 * true
 
 
-def test_a_memory_of_a_fifth_of_the_run_is_mostly_refused_and_else_believed_within_two() -> None:
+def test_memory_of_a_fifth_of_the_run_is_mostly_refused() -> None:
     rates, true = remembering(200, 0.2 * LENGTH_S)
     sigmas = stated(rates)
     assert len(sigmas) < 60
     assert 0.5 * true < rms(sigmas) < 2.0 * true
 
 
-def test_a_rate_that_wanders_for_longer_than_the_run_is_not_projected() -> None:
+def test_memory_longer_than_the_run_is_refused() -> None:
     rates, _ = remembering(200, 3.0 * LENGTH_S)
     assert len(stated(rates)) < 20
     drifting = found(readings(np.arange(LENGTH_S + 1) + 1e-9 * np.arange(LENGTH_S + 1.0) ** 2))
@@ -278,8 +276,8 @@ def test_a_rate_that_wanders_for_longer_than_the_run_is_not_projected() -> None:
     assert drifting.why_unknown.endswith('Sail longer')
 
 
-def test_jitter_of_the_readings_counts_at_both_ends_and_not_in_every_part() -> None:
-    """The mean of the run has √2 of the jitter over its length; independent parts would have had
+def test_jitter_of_readings_counts_at_both_ends_only() -> None:
+    """The mean of the run has √2 of the jitter over its length. Independent parts would have had
     3.2 times as much. The slowest cosines have √2 times as much.
     """
     jitter = 1e-3 * np.random.default_rng(1727).standard_normal((200, LENGTH_S + 1))
@@ -289,7 +287,7 @@ def test_jitter_of_the_readings_counts_at_both_ends_and_not_in_every_part() -> N
     assert true < rms(sigmas) < 1.6 * true
 
 
-def test_a_start_that_has_died_away_counts_by_what_it_does_to_the_mean() -> None:
+def test_a_transient_counts_by_its_bias_of_the_mean() -> None:
     time = np.arange(LENGTH_S) + 0.5
     (sigma,) = stated(1e-3 * np.exp(-time / 20.0)[None])
     bias = 1e-3 * 20.0 / LENGTH_S * DAY_S
@@ -297,7 +295,7 @@ def test_a_start_that_has_died_away_counts_by_what_it_does_to_the_mean() -> None
 
 
 # -----------------------------------------------------------------------------
-# Since when the estimated rate has been one and the same, where the dial changes its rate.
+# Since when the estimated rate has been the same, after the dial has changed its rate.
 
 DAY_NS = int(DAY_S) * NS_PER_S
 
@@ -351,8 +349,8 @@ def test_a_changed_rate_is_held_against_that_of_the_time_since() -> None:
     assert drift['rate_compared_from_s'] == 32 * DAY_S
 
 
-def test_the_rate_of_a_dial_that_walks_at_random_is_as_wrong_as_it_says() -> None:
-    """The mean square over 60 seeds; that of independent errors is within 0.55 of 1 (3 sigma)."""
+def test_the_error_of_a_walking_rate_has_its_sigma() -> None:
+    """The mean square over 60 seeds. For independent errors it is within 0.55 of 1 (3 sigma)."""
     sections = {
         'duration': 20 * DAY_S,
         'log': {'interval': 21_600.0},
@@ -366,7 +364,7 @@ def test_the_rate_of_a_dial_that_walks_at_random_is_as_wrong_as_it_says() -> Non
     assert 0.3 < np.mean(squares) < 1.55
 
 
-def test_a_walk_that_is_expected_only_is_not_simulated_and_widens_the_estimate() -> None:
+def test_an_expected_walk_only_widens_the_estimate() -> None:
     sections = {'duration': DAY_S, 'log': {'interval': 3600.0}}
     known = load_scene('ideal', **sections, drift={'observation_interval': 3600.0})
     assumed = {'observation_interval': 3600.0, 'random_walk_fm': 3.0}
