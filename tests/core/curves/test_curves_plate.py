@@ -16,7 +16,6 @@ from tauto_core.curves.drawing import (
     Plate,
     cam_plate,
     cheek,
-    cheeks_meet_rad,
     lever_arm_as_cut,
     lever_cheek,
     plate_rates,
@@ -53,10 +52,6 @@ def test_each_cheek_of_a_lever_is_cut_back_likewise() -> None:
         normal = np.sign(end) * ((x - found.x) * np.cos(u) + (y - found.y) * np.sin(u))
         np.testing.assert_allclose(normal, 2e-4, rtol=1e-9)
         assert float(shape.radius_of_curvature(tau[:1])[0]) == pytest.approx(2e-4, rel=1e-6)
-
-
-def test_cheeks_of_an_involute_meet_where_the_angle_is_its_tangent() -> None:
-    assert cheeks_meet_rad(Involute(0.005)) == pytest.approx(4.493409457909064, rel=1e-14)
 
 
 def test_the_cusp_costs_what_its_expansion_says() -> None:

@@ -200,17 +200,3 @@ def test_a_table_that_no_thread_can_wrap(law, hollow, tmp_path):
 def test_the_place_where_a_lever_arm_leaves_the_hole_is_a_plain_number(tmp_path):
     with pytest.raises(SceneError, match=r'the lever arm at 2\.0 rad is longer'):
         sampled(tmp_path / 'cam.csv', np.sinh, 2.0, 12, distance=1.0)
-
-
-@pytest.mark.parametrize(
-    ('cam', 'thread'),
-    [
-        (InvoluteCam(base_radius=0.01), HoleThread(distance=0.08)),
-        (HoleCam(lever_rate=0.01), VerticalThread()),
-        (CircularArcCam(radius=0.02, root_depth=0.01), HoleThread(distance=0.08)),
-    ],
-)
-def test_cam_and_thread_that_do_not_go_together(cam, thread):
-    with pytest.raises(SceneError, match='not made for this thread') as caught:
-        trochlea(cam, thread).made_cam(9.81)
-    assert caught.value.value == thread.kind

@@ -219,16 +219,12 @@ def test_a_body_in_its_fluid():
 @pytest.mark.parametrize(
     ('make', 'named'),
     [
-        (lambda: ImmersedBody('cube', 0.05, 2.0, 0.2), "shape = 'cube'"),
-        (lambda: ImmersedBody('globe', 0.0, 2.0, 0.2), 'size = 0.0'),
-        (lambda: ImmersedBody('globe', 0.05, math.nan, 0.2), 'density = nan'),
         (lambda: ImmersedBody('globe', 0.05, 2.0, 2.0), 'fluid_density = 2.0 .* 2.0 kg/m3'),
-        (lambda: ImmersedBody('globe', 0.05, 2.0, 0.2, -0.5), 'added_mass = -0.5'),
         (lambda: arcs(OIL, 0.9), 'at_lowest = 0.9 m: .* less than 0.888'),
         (lambda: arcs(OIL, 0.2), 'beyond the cusp at 0.687'),
         (lambda: velocity_height(OIL, 0.1, -1.0), 'at_lowest = -1.0'),
         (lambda: euler_half_swing(OIL, G, -0.1, 0.0), 'start = -0.1 m'),
-        (lambda: euler_half_swing(OIL, G, 0.7, 0.0), 'arc 0.7 m'),
+        (lambda: euler_half_swing(OIL, G, 0.7, 0.0), 'start = 0.7 m'),
         (lambda: end_arc(1.0, 0.0), 'start = 0.0 m'),
         (lambda: descent_time(OIL, G, 0.7), 'start = 0.7 m'),
         (lambda: descent_time(Mirrored(OIL), G, -0.1), 'start = -0.1 m'),

@@ -68,17 +68,6 @@ def test_amplitudes_out_of_range_are_refused(amplitudes, said):
         descent_isochronism(machine(), amplitudes)
 
 
-def test_a_fluid_that_resists_too_strongly_is_refused_before_anything_starts():
-    content = OIL | {
-        'regulator': OIL['regulator']
-        | {'curve': 'cycloid', 'diameter': 1e-4, 'release_arc': 0.5, 'fluid_density': 3000.0}
-    }
-    scene = parse_scene(yaml.safe_dump(content), 'oil')
-    with pytest.raises(SceneError, match='resists too strongly') as refused:
-        check_scene(scene)
-    assert refused.value.key == 'regulator.release_arc'
-
-
 def test_a_dial_out_of_range_names_the_regulator():
     content = OIL | {'regulator': OIL['regulator'] | {'pendulum_length': 1e20}}
     scene = parse_scene(yaml.safe_dump(content), 'oil')

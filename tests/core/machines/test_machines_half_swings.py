@@ -59,6 +59,15 @@ def integrated(curve: Any, start: float, friction: float = 0.0) -> tuple[float, 
     return begin, float(run.y_events[0][0][0])
 
 
+def assert_integrated(curve: Any, start: float, friction: float = 0.0) -> float:
+    """Compare a half swing with DOP853; return its duration."""
+    course = BothWays(curve, G, friction, start).course(start)
+    assert (course.duration, course.end) == pytest.approx(
+        integrated(curve, start, friction), rel=1e-11
+    )
+    return course.duration
+
+
 @pytest.mark.parametrize('side', ['descent', 'ascent'])
 @pytest.mark.parametrize('name', GIVEN)
 def test_half_swings_over_a_branch_and_its_companion_are_equal(name: str, side: Any) -> None:
@@ -69,10 +78,7 @@ def test_half_swings_over_a_branch_and_its_companion_are_equal(name: str, side: 
         start = share * curve.descent_cusp
         course = BothWays(curve, G, 0.0, start).course(start)
         assert course.duration == pytest.approx(half, rel=5e-15)
-        if share == 0.7:
-            duration, end = integrated(curve, start)
-            assert duration == pytest.approx(half, rel=1e-12)
-            assert course.end == pytest.approx(end, rel=1e-11)
+    assert_integrated(curve, 0.7 * curve.descent_cusp)
 
 
 def test_the_descent_alone_is_slow_and_the_way_back_is_another() -> None:
@@ -82,11 +88,8 @@ def test_the_descent_alone_is_slow_and_the_way_back_is_another() -> None:
     slow = [descent_time(curve, G, s) / quarter - 1.0 for s in (0.05, 0.2, 0.4, 0.5)]
     np.testing.assert_allclose(slow, [0.008, 0.032, 0.066, 0.083], atol=5e-4)
     for start, excess in ((-0.05, -2.8e-5), (-0.4, -2.2e-2)):
-        course = BothWays(curve, G, 0.0, start).course(start)
-        assert course.duration / (2.0 * quarter) - 1.0 == pytest.approx(excess, rel=0.05)
-        duration, end = integrated(curve, start)
-        assert course.duration == pytest.approx(duration, rel=2e-12)
-        assert course.end == pytest.approx(end, rel=1e-11)
+        duration = assert_integrated(curve, start)
+        assert duration / (2.0 * quarter) - 1.0 == pytest.approx(excess, rel=0.05)
 
 
 def test_two_lengths_compose_as_euler_says() -> None:
@@ -98,12 +101,9 @@ def test_two_lengths_compose_as_euler_says() -> None:
     half = math.pi * math.sqrt(joined.pendulum_length / G)
     assert joined.pendulum_length == pytest.approx(0.81)
     for start in (0.01, 0.2, 0.4, -0.3):
-        course = BothWays(joined, G, 0.0, start).course(start)
-        duration, end = integrated(joined, start)
-        assert course.duration == pytest.approx(duration, rel=1e-12)
-        assert course.end == pytest.approx(end, rel=1e-11)
+        duration = assert_integrated(joined, start)
         if start > 0.0:
-            assert course.duration == pytest.approx(half, rel=5e-15)
+            assert duration == pytest.approx(half, rel=5e-15)
 
 
 def test_on_eulers_curve_they_are_his_closed_forms() -> None:
@@ -118,26 +118,17 @@ def test_on_eulers_curve_they_are_his_closed_forms() -> None:
 @pytest.mark.parametrize('start', [0.4, 0.1, -0.3])
 def test_constant_friction_is_that_of_the_integrated_motion(curve: Any, start: float) -> None:
     """§35: on his curve the half swing forward keeps its time; elsewhere nothing does."""
-    friction = 0.02
-    course = BothWays(curve, G, friction, start).course(start)
-    duration, end = integrated(curve, start, friction)
-    assert course.duration == pytest.approx(duration, rel=1e-11)
-    assert course.end == pytest.approx(end, rel=1e-11)
+    duration = assert_integrated(curve, start, 0.02)
     if isinstance(curve, FluidTautochrone) and start > 0.0:
-        assert course.duration == pytest.approx(math.pi * math.sqrt(1.0 / G), rel=3e-15)
+        assert duration == pytest.approx(math.pi * math.sqrt(1.0 / G), rel=3e-15)
 
 
 @pytest.mark.parametrize('friction', [0.005, 0.01, 0.02, 0.03, 0.05])
-def test_whatever_the_friction_its_zero_is_rounded_to_a_half_swing_is_found(
-    friction: float,
-) -> None:
+def test_any_friction_with_its_rounded_zero(friction: float) -> None:
     """A force of one rounding at the zero would have a root in r, of which no series converges."""
     machine = compile_machine(load_scene('globe_in_oil'))
     assert isinstance(machine, FluidPendulum)
-    course = BothWays(machine.curve, G, friction, 0.3).course(0.3)
-    duration, end = integrated(machine.curve, 0.3, friction)
-    assert course.duration == pytest.approx(duration, rel=1e-11)
-    assert course.end == pytest.approx(end, rel=1e-11)
+    assert_integrated(machine.curve, 0.3, friction)
 
 
 def test_a_start_that_would_leave_the_other_branch_is_refused() -> None:

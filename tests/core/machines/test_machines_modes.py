@@ -129,12 +129,3 @@ def test_exact_lengths_are_those_of_120_digits():
         wanted = exact('0.015', '0.1', '0.0025')
         assert abs(mpmath.mpf(str(b)) / wanted[0] - 1) < mpmath.mpf(10) ** -50
         assert abs(mpmath.mpf(str(b_prime)) / wanted[1] - 1) < mpmath.mpf(10) ** -50
-
-
-@pytest.mark.parametrize(
-    ('e', 'c', 'k_squared'),
-    [(math.nan, 1.0, 1.0), (1.0, 0.0, 1.0), (1.0, math.inf, 1.0), (1.0, 1.0, -1.0)],
-)
-def test_what_has_no_modes_is_refused(e, c, k_squared):
-    with pytest.raises(ValueError, match='must be finite'):
-        modes(e, c, k_squared)

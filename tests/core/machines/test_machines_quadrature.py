@@ -1,28 +1,20 @@
-"""The order of every quadrature: the rule of its panels, against closed forms and mpmath.
+"""The order of the quadratures.
 
 Gauss's rule of n nodes has order 2n in the width of a panel. For a function that is analytic
 beyond its ends it is spectral in n: twice the nodes give about twice the digits, down to rounding.
-That holds only because each substitution removes a root or a turning point; if one is left, the
-order is that of the root, and these tests fail.
+A root that a substitution leaves at an end has its own, lower order.
 """
 
 import importlib
 import math
 
-import mpmath
 import numpy as np
 import pytest
 
-from tauto_core.curves import Cycloid, FluidTautochrone, Involute, numerics
-from tauto_core.curves.cams import lever_corrected
-from tauto_core.curves.cams import synthesised as synthesis
-from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
+from tauto_core.curves import Cycloid, FluidTautochrone, numerics
 from tauto_core.curves.fluid import Mirrored
-from tauto_core.curves.lever_geometry import LeverGeometry
-from tauto_core.machines import LeverMachine, Machine, axle_pendulum, fluid_pendulum, trochlea
-from tauto_core.machines.axle_pendulum import AxlePendulum
+from tauto_core.machines import fluid_pendulum
 from tauto_core.machines.fluid_pendulum import duration_excess
-from tauto_core.machines.threads import lever
 
 outline = importlib.import_module('tauto_core.curves.fluid')
 
@@ -70,108 +62,6 @@ def test_a_panel_is_of_order_48():
     assert np.all(errors > 1e-12)
     order = np.diff(np.log(errors)) / np.diff(np.log(width))
     np.testing.assert_allclose(order, 48.0 - width[1:] ** 2 / 396.0, atol=1.0)
-
-
-INERTIA, MASS, GRAVITY = 4e-4, 0.05, 9.81
-TORQUE, TURNED = MASS * GRAVITY * 0.15, MASS * 0.15**2
-
-
-def machine_of(cam):
-    return Machine(INERTIA, MASS, MASS, 0.0, 0.0, GRAVITY, cam, True, None, None, 1.0)
-
-
-def synthesised():
-    """ϑ at nine tenths of the arc, of the weight's own cam: closed form of the cycloid."""
-    frequency = math.pi
-    rate = INERTIA * frequency**2 / (MASS * GRAVITY)
-    train = synthesis.PowerTrain(
-        pull=lambda y: np.full_like(y, MASS * GRAVITY),
-        place=lambda v: v / (MASS * GRAVITY),
-        mass=lambda y: np.full_like(y, MASS),
-    )
-    made = synthesis.synthesise(INERTIA, frequency, train)
-    chi = math.asin(0.9)
-    arc = 0.9 * GRAVITY * math.sqrt(MASS) / frequency**2
-    exact = 0.5 * math.sqrt(INERTIA / MASS) * (chi + math.sin(chi) * math.cos(chi)) / rate
-    return lambda: float(made.angle(np.array([arc]))[0]), exact
-
-
-def heavy_lever():
-    """θ = ∫ √(W cos²β − 2Jω² sin β) … dτ by mpmath."""
-    cam = CorrectedLeverGeometry(INERTIA, 3.0, TORQUE, TURNED, 0.1, 0.3)
-
-    def rate(tau):
-        sine, cosine = 2 * tau**2 / (1 + tau**4), (1 - tau**4) / (1 + tau**4)
-        left = TORQUE * cosine**2 - 18 * TURNED * sine
-        return 2 * mpmath.sqrt(left / (INERTIA * (1 + tau**4))) / 3
-
-    with mpmath.workdps(30):
-        exact = float(mpmath.quad(rate, [0, 0.3, 0.6]))
-    return lambda: float(cam.theta(np.array([0.6]))[0]), exact
-
-
-def weight_on_the_involute():
-    """T/T₀ = (2/π) E(−ε), ε = m b²A²/I."""
-    machine, amplitude = machine_of(Involute(0.02)), 12.0
-    epsilon = MASS * 0.02**2 * amplitude**2 / INERTIA
-    exact = float(mpmath.ellipe(-epsilon)) * 2.0 / math.pi * machine.small_period
-    return lambda: machine.period(amplitude), exact
-
-
-SULLY = LeverMachine(
-    INERTIA, MASS, 0.15, 0.0, LeverGeometry(0.02, 0.1, 0.3), GRAVITY, None, None, 1.0
-)
-
-
-def period_of_a_lever():
-    """No closed form: ten times the nodes, and the golden period of 50 digits besides."""
-    integrate = fixed(320)
-    edges = np.array([0.0, 0.5 * math.pi, math.pi])
-    halves = integrate(lambda w: SULLY.swing(1.5, w)[1], edges[:-1], edges[1:])
-    return lambda: SULLY.period(1.5), 2.0 * float(np.sum(halves))
-
-
-def descent_of_a_globe():
-    """(π/2) √(f/g) from anywhere, the cusp itself included."""
-    curve = FluidTautochrone(0.4, 0.9, 1.0)
-    exact = 0.5 * math.pi * math.sqrt(curve.pendulum_length / GRAVITY)
-    return lambda: fluid_pendulum.descent_time(curve, GRAVITY, curve.descent_cusp), exact
-
-
-def swing_on_a_plane():
-    """T = 4 ∫ √((k² + c² sin²φ)/(2gc (cos φ − cos A))) dφ by mpmath, its root's end and all."""
-    body, amplitude = AxlePendulum(0.0, 0.3, 0.15, GRAVITY), 1.0
-
-    def slowness(phi):
-        fall = 2 * GRAVITY * 0.3 * (mpmath.cos(phi) - mpmath.cos(amplitude))
-        return mpmath.sqrt((0.15**2 + 0.3**2 * mpmath.sin(phi) ** 2) / fall)
-
-    with mpmath.workdps(40):
-        exact = 4 * float(mpmath.quad(slowness, [0, mpmath.mpf(amplitude)]))
-    return lambda: axle_pendulum.plane_period(body, amplitude), exact
-
-
-@pytest.mark.parametrize(
-    ('module', 'case'),
-    [
-        (synthesis, synthesised),
-        (lever_corrected, heavy_lever),
-        (trochlea, weight_on_the_involute),
-        (lever, period_of_a_lever),
-        (fluid_pendulum, descent_of_a_globe),
-        (axle_pendulum, swing_on_a_plane),
-    ],
-)
-def test_a_panel_converges_spectrally(module, case, monkeypatch):
-    """One panel has 2 to 64 nodes; the adaptive panels are accurate to rounding."""
-    value, exact = case()
-    assert value() == pytest.approx(exact, rel=ROUNDING)
-    errors = []
-    for nodes in (2, 4, 8, 16, 32, 64):
-        with monkeypatch.context() as patched:
-            patched.setattr(module, 'integrate', fixed(nodes))
-            errors.append(abs(value() / exact - 1.0))
-    assert spectral(errors), errors
 
 
 def test_a_root_left_in_is_not_spectral():

@@ -236,9 +236,6 @@ def test_rate_is_what_the_dial_gains():
     assert rate == pytest.approx(-float(golden['loss_s_per_day']), rel=1e-12)
 
 
-@pytest.mark.parametrize('amplitudes', [[], [0.0], [-1.0], [0.5, 8.1], [math.nan]])
-def test_isochronism_refuses(amplitudes):
-    with pytest.raises(UsageError, match='amplitude'):
-        isochronism(compile_machine(scene(**HOLE)), amplitudes)
-    with pytest.raises(UsageError, match='inf'):
-        isochronism(compile_machine(scene()), [math.inf])
+def test_isochronism_beyond_the_hole_is_refused():
+    with pytest.raises(UsageError, match=r'8\.1'):
+        isochronism(compile_machine(scene(**HOLE)), [0.5, 8.1])

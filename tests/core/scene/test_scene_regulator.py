@@ -80,7 +80,7 @@ CIRCLE = {'kind': 'circle', 'radius': 1.0}
         (
             {'curve': 'companion', 'of': CIRCLE, 'release_arc': 1.2},
             'release_arc',
-            'm high, the branch of ascent 0.0931156 m',
+            'beyond the end of the companion at 0.871220',
         ),
         ({'curve': 'cycloid', 'friction': 0.5}, 'friction', 'holds the body at its release'),
         ({'friction': 0.15}, 'friction', 'holds the body after its first half swing'),

@@ -159,10 +159,12 @@ class Cam(ABC):
     Attributes:
         kinked: whether t has a |ϑ|ϑ term at ϑ = 0, a jump of t''.
         knows_angle_of_lift: whether `angle_of_lift` is a closed form.
+        distance: distance of the hole from the axle [m], inf for a vertical thread.
     """
 
     kinked: bool = False
     knows_angle_of_lift: bool = False
+    distance: float = math.inf
 
     @property
     @abstractmethod
@@ -197,7 +199,7 @@ class Cam(ABC):
     @property
     def hole_distance(self) -> float:
         """Distance a of the hole from the axle [m], inf for a vertical thread."""
-        return math.inf
+        return self.distance
 
     @property
     def drawn_rad(self) -> float:
@@ -341,20 +343,13 @@ class Cam(ABC):
         return angle
 
     def _thread(self, angle: ArrayLike) -> tuple[FloatArray, _Thread]:
-        """Return the angle as an array, and the thread's line there."""
+        """Return the angle as an array, and the thread's line. CamRangeError: t is too long."""
         angle = self.within(angle)
         arm, rate = self.lever_arm(angle), self.lever_rate(angle)
-        return angle, self._thread_at(arm, rate, arm_rounding(angle, arm, rate))
-
-    def _thread_at(self, arm: FloatArray, rate: FloatArray, rounding: FloatArray) -> _Thread:
-        """Return the thread's line at a lever arm t [m] with a rate dt/dϑ [m/rad].
-
-        CamRangeError: t exceeds the distance of the hole by more than the rounding [m].
-        """
         a = self.hole_distance
         if math.isinf(a):
-            return _Thread(np.zeros_like(arm), np.ones_like(arm), np.zeros_like(arm))
-        too_long = ~(np.abs(arm) <= a + rounding)
+            return angle, _Thread(np.zeros_like(arm), np.ones_like(arm), np.zeros_like(arm))
+        too_long = ~(np.abs(arm) <= a + arm_rounding(angle, arm, rate))
         if np.any(too_long):
             longest = float(np.atleast_1d(np.abs(arm))[np.atleast_1d(too_long)][0])
             raise CamRangeError(
@@ -362,7 +357,7 @@ class Cam(ABC):
                 f'cam {self!r}. Use a smaller amplitude or move the hole away'
             )
         arm = np.clip(arm, -a, a)
-        return _Thread(arm / a, np.sqrt((a - arm) * (a + arm)) / a, rate / a)
+        return angle, _Thread(arm / a, np.sqrt((a - arm) * (a + arm)) / a, rate / a)
 
 
 # -----------------------------------------------------------------------------

@@ -386,25 +386,9 @@ class MirroredLever(LeverLinkage):
 
     side = -1.0
 
-    @property
-    def base_radius(self) -> float:  # type: ignore[override]
-        """Base radius of the linkage [m]."""
-        return self.linkage.base_radius
-
-    @property
-    def arm(self) -> float:  # type: ignore[override]
-        """AB [m]."""
-        return self.linkage.arm
-
-    @property
-    def length(self) -> float:  # type: ignore[override]
-        """l₀ [m]."""
-        return self.linkage.length
-
-    @property
-    def inclination(self) -> float:  # type: ignore[override]
-        """β₀ [rad]."""
-        return self.linkage.inclination
+    def __post_init__(self) -> None:
+        for name in ('base_radius', 'arm', 'length', 'inclination'):
+            object.__setattr__(self, name, getattr(self.linkage, name))
 
     def u_per_tau(self, tau: FloatArray) -> FloatArray:
         """Return t/(r τ) at −τ of the linkage."""

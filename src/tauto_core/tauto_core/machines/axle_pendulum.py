@@ -25,10 +25,7 @@ from pydantic import Field
 from tauto_core.curves.numerics import integrate
 from tauto_core.machines.parts import (
     InPlaceOfWheel,
-    Isochronism,
     beside_regulator,
-    checked_amplitudes,
-    rate_s_per_day,
     wrong,
 )
 from tauto_core.samples import FloatArray
@@ -96,19 +93,13 @@ def modes(e: float, c: float, k_squared: float) -> Modes:
     """Return both modes, without cancellation from the knife-edge to the plane and beyond.
 
     Lengths are in metres. e = ±inf is a plane, e < 0 a convex support, c < 0 a centre of gravity
-    above the end of the link. ValueError: c = 0, with which gravity does not turn the body, k² <
-    0, or values that are not finite numbers.
+    above the end of the link.
 
     Of the two forms D² = (k² + c² − ce)² + 4c³e = (k² + c² + ce)² − 4cek² the one without a
     difference is used. The root with terms of one sign is computed, and the product of the roots
     gives the other.
     """
-    if math.isnan(e) or not math.isfinite(c) or c == 0.0 or not 0.0 <= k_squared < math.inf:
-        raise ValueError(
-            f'e = {e!r}, c = {c!r}, k_squared = {k_squared!r}: c must be finite and not 0, '
-            'k_squared finite and at least 0'
-        )
-        # e = p/q gives a plane q = 0, and the squares of a huge length do not overflow
+    # e = p/q gives a plane q = 0, and the squares of a huge length do not overflow
     p, q = (e, 1.0) if abs(e) < 1e100 else (math.copysign(1.0, e), 1.0 / abs(e))
     link = c * p
     total, offset = q * k_squared + c * (q * c + p), q * k_squared + c * (q * c - p)
@@ -189,7 +180,7 @@ class AxlePendulum:
         gravity: g [m/s2], > 0.
 
     Raises:
-        UnsteadyAxleError: a depth or radius of gyration without modes.
+        UnsteadyAxleError: a depth of 0, which has no modes.
     """
 
     curvature: float
@@ -202,11 +193,6 @@ class AxlePendulum:
             raise UnsteadyAxleError(
                 f'depth = {self.depth!r} m: must be a finite number other than 0, or the body '
                 'rests at any tilt. Let the centre of gravity hang below the axle'
-            )
-        if not 0.0 < self.gyration_radius < math.inf:
-            raise UnsteadyAxleError(
-                f'gyration_radius = {self.gyration_radius!r} m: must be greater than 0, since '
-                'without extent the fast mode has no period. Give the body extent'
             )
 
     @cached_property
@@ -464,6 +450,7 @@ class AxleClock(InPlaceOfWheel):
     propagator = 'axle'
     follows_apparent_vertical = True
     feels_gravity = True
+    range_rad = math.nextafter(math.pi, 0.0)
 
     def require_swing(self) -> None:
         """Refuse a body that falls from its support: UnsteadyAxleError, with a remedy."""
@@ -528,21 +515,6 @@ class AxleClock(InPlaceOfWheel):
                 )
             return plane_period(self.body, amplitude)
         return rolling_period(self.body, self.radius, amplitude)
-
-    def isochronism(
-        self, amplitudes: list[float], nominal_period_s: float | None = None
-    ) -> Isochronism:
-        """Return period and rate of free swings at several amplitudes [rad], as of a wheel.
-
-        Slipping is ignored. UsageError: no amplitude, or one out of range, and as `period`.
-        """
-        sizes = checked_amplitudes(
-            amplitudes, math.nextafter(math.pi, 0.0), 'rad', 'in radians', 'less than a half turn'
-        )
-        nominal = self.small_period if nominal_period_s is None else nominal_period_s
-        period = np.array([self.period(amplitude) for amplitude in sizes])
-        rate = np.array([rate_s_per_day(seconds, nominal) for seconds in period.tolist()])
-        return Isochronism(nominal, np.array(sizes), period, rate)
 
 
 class AxleRegulator(Section):

@@ -32,7 +32,9 @@ if TYPE_CHECKING:
 
 
 def isochronism(
-    machine: Regulator, amplitudes: Iterable[float], nominal_period_s: float | None = None
+    machine: Regulator | AxleClock,
+    amplitudes: Iterable[float],
+    nominal_period_s: float | None = None,
 ) -> Isochronism:
     """Return period and rate of free swings on land, without drag and escapement.
 
@@ -137,9 +139,7 @@ def free_swings(
 
     UsageError: see `isochronism` and `descent_isochronism`.
     """
-    if isinstance(machine, AxleClock):
-        return machine.isochronism(list(amplitudes), nominal_period_s)
-    if not isinstance(machine, InPlaceOfWheel):
+    if isinstance(machine, AxleClock) or not isinstance(machine, InPlaceOfWheel):
         return isochronism(machine, amplitudes, nominal_period_s)
     from tauto_core.machines.fluid_pendulum import FluidPendulum, descent_isochronism
 

@@ -23,7 +23,6 @@ from tauto_core.curves.fluid import (
     FluidTautochrone,
     Mirrored,
     SymmetricCurve,
-    within,
 )
 from tauto_core.curves.numerics import (
     QuadratureError,
@@ -85,7 +84,7 @@ def euler_half_swing(
 
     Arcs of release > 0 and times have one shape. DescentError: a start off the branch of descent.
     """
-    top = harmonic_of_arc(curve.kappa, _all_on_descent(curve, start))
+    top = harmonic_of_arc(curve.kappa, _on_descent(curve, start))
     omega = math.sqrt(gravity / curve.pendulum_length)
     angle = omega * np.asarray(time, np.float64)
     z, rate = top * np.cos(angle), -top * omega * np.sin(angle)
@@ -106,7 +105,7 @@ def height_at_lowest(curve: FluidTautochrone, start: float) -> float:
 
     DescentError: a start off the branch of descent.
     """
-    z = float(harmonic_of_arc(curve.kappa, _all_on_descent(curve, start)))
+    z = float(harmonic_of_arc(curve.kappa, _on_descent(curve, start)))
     return z * z / (2.0 * curve.pendulum_length)
 
 
@@ -146,12 +145,12 @@ def _top(curve: FluidTautochrone, at_lowest: float) -> float:
     return top
 
 
-def _all_on_descent(curve: FluidTautochrone, start: ArrayLike) -> FloatArray:
-    release = within(curve, start)
-    if not np.all(release > 0.0):
+def _on_descent(curve: DescentCurve, start: ArrayLike) -> FloatArray:
+    release = np.asarray(start, np.float64)
+    if not np.all((release > 0.0) & (release <= curve.descent_cusp) & np.isfinite(release)):
         raise DescentError(
-            f'start = {float(np.min(release))!r} m: a half swing forward starts above 0 m and at '
-            f'most at the cusp, {curve.descent_cusp!r} m. Swing backward from other arcs'
+            f'start = {float(np.min(release))!r} m: must be > 0 and at most at the cusp, '
+            f'{curve.descent_cusp!r} m. Start nearer to A, or take a longer pendulum'
         )
     return release
 
@@ -203,7 +202,7 @@ def descent_time(curve: DescentCurve, gravity: float, start: float) -> float:
 
     DescentError: a start off the branch of descent.
     """
-    panels = _panels(curve.kappa * _on_descent(curve, start))
+    panels = _panels(curve.kappa * float(_on_descent(curve, start)))
 
     def integrand(u: FloatArray) -> FloatArray:
         # s = S (1 − u²) removes the square root at the start
@@ -357,15 +356,6 @@ def _panels(reduced: float) -> int:
             'body, or a lighter fluid'
         )
     return 1 + int(reduced / 4.0)
-
-
-def _on_descent(curve: DescentCurve, start: float) -> float:
-    if not 0.0 < start <= curve.descent_cusp:
-        raise DescentError(
-            f'start = {start!r} m: must be > 0 and at most at the cusp, {curve.descent_cusp!r} m. '
-            'Start nearer to A, or take a longer pendulum'
-        )
-    return start
 
 
 # -----------------------------------------------------------------------------

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Annotated, Any, ClassVar, NamedTuple, Protocol
@@ -50,7 +51,7 @@ def beside_regulator(sections: Mapping[str, object], why: Mapping[str, str]) -> 
 # The base of regulators that stand in place of a wheel.
 
 
-class InPlaceOfWheel:
+class InPlaceOfWheel(ABC):
     """A regulator without a trochlea, drive and temperature dependence."""
 
     drag: ClassVar[None] = None
@@ -61,19 +62,19 @@ class InPlaceOfWheel:
     feels_gravity: ClassVar[bool] = False
 
     @property
+    @abstractmethod
     def frequency(self) -> float:
         """Angular frequency of small swings [rad/s]."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def why_so(self) -> str:
         """Why it has this propagator, as a clause."""
-        raise NotImplementedError
 
     @property
+    @abstractmethod
     def largest_start(self) -> float:
         """Amplitude at the start, in the unit of its coordinate."""
-        raise NotImplementedError
 
     @property
     def small_period(self) -> float:
@@ -384,9 +385,9 @@ class PowerKind(Kind):
     kind: str
 
     @property
+    @abstractmethod
     def pull(self) -> Pull:
         """The pull in the thread."""
-        raise NotImplementedError
 
     def problems(self) -> Iterator[Problem]:
         """Yield the contradictions between its keys."""

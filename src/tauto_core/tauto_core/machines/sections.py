@@ -68,11 +68,6 @@ class Unbalanced(Section):
         '[rad], positive as the angle of the wheel',
     )
 
-    @property
-    def as_numbers(self) -> Imbalance:
-        """The imbalance as numbers."""
-        return Imbalance(self.moment, self.direction)
-
 
 class Trochlea(Section):
     """The regulator: a wheel with a cam on which a thread winds, pulled by the power."""
@@ -133,9 +128,11 @@ class Trochlea(Section):
     ) -> Parts:
         """Return the parts of a machine. The friction of resting teeth is added to the drag."""
         heat = self._heat(drag)
-        friction = 0.0 if escapement is None else escapement.friction
-        if friction:
-            drag = (drag or Drag()).with_friction(friction)
+        if escapement is not None and escapement.friction:
+            drag = (drag or Drag()).with_friction(escapement.friction)
+        imbalance = None
+        if self.imbalance is not None:
+            imbalance = Imbalance(self.imbalance.moment, self.imbalance.direction)
         return Parts(
             self.inertia,
             self.cam,
@@ -144,7 +141,7 @@ class Trochlea(Section):
             gravity,
             drag,
             escapement,
-            None if self.imbalance is None else self.imbalance.as_numbers,
+            imbalance,
             heat,
         )
 
@@ -170,24 +167,8 @@ class Trochlea(Section):
     def made_cam(self, gravity: float) -> Cam:
         """Return the cam for the thread of this trochlea.
 
-        SceneError: cam, thread and power that do not go together, an impossible cam
-        (`possible_cam`), or an unusable table.
+        SceneError: an impossible cam (`possible_cam`), or an unusable table.
         """
-        fits = self.thread.kind in self.cam.threads
-        if not fits or self.cam.corrects not in ('', self.power.acts_as):
-            together = (
-                f'{kind_of(cam)} with thread {" or ".join(cam.threads)}'
-                + (f' under a {cam.corrects}' if cam.corrects else '')
-                for cam in cam_kinds()
-            )
-            raise SceneError(
-                'trochlea',
-                'thread.kind',
-                self.thread.kind,
-                f'a cam of kind {self.cam.kind!r} is not made for this thread and power '
-                f'{self.power.kind!r}',
-                f'Use {"; ".join(together)}.',
-            )
         return self.thread.cam(self.parts(gravity))
 
     def problems(
@@ -382,7 +363,7 @@ class ImmersedBody:
         added_mass: C, coefficient of added mass, ≥ 0. Euler: 0. A globe in potential flow: 1/2.
 
     Raises:
-        DescentError: a number out of its range, or a fluid as dense as the body.
+        DescentError: a fluid as dense as the body.
     """
 
     shape: Literal['globe', 'cylinder']
@@ -392,17 +373,6 @@ class ImmersedBody:
     added_mass: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.shape not in _DRAG:
-            raise DescentError(f'shape = {self.shape!r}: must be globe or cylinder')
-        for name, bound in (('size', 0.0), ('density', 0.0)):
-            value = getattr(self, name)
-            if not bound < value < math.inf:
-                raise DescentError(f'{name} = {value!r}: must be finite and above 0')
-        if not 0.0 <= self.added_mass < math.inf:
-            raise DescentError(
-                f'added_mass = {self.added_mass!r}: must be finite and at least 0, as 0.5 for a '
-                'globe in an ideal fluid'
-            )
         if not 0.0 <= self.fluid_density < self.density:
             raise DescentError(
                 f'fluid_density = {self.fluid_density!r} kg/m3: must be at least 0 and less than '
@@ -653,20 +623,13 @@ def compile_fluid_pendulum(
     SceneError: a body that does not sink, or a release beyond the cusp.
     """
     if regulator.fluid_density >= regulator.body_density:
-        # the lightest body and the densest fluid with which the curve exists
-        lightest = _at_least(regulator, 'body_density', regulator.fluid_density, 'kg/m3')
-        fluid = _nearest_that_holds(regulator, 'fluid_density', regulator.body_density, 0.5)
-        sinks = 'Take a denser body or a lighter fluid, and release it nearer to A.'
-        if lightest and fluid is not None:
-            sinks = f'Take a denser body, {lightest}, or a lighter fluid, of at most '
-            sinks += f'{fluid:.4g} kg/m3.'
         raise SceneError(
             name,
             'regulator.fluid_density',
             regulator.fluid_density,
             f'must be less than regulator.body_density, {regulator.body_density!r} kg/m3, or the '
             f'{regulator.body} does not sink',
-            sinks,
+            'Take a denser body or a lighter fluid.',
         )
     try:
         curve = make_descent_curve(regulator)
@@ -676,31 +639,14 @@ def compile_fluid_pendulum(
         ) from None
     start = regulator.release_arc
     edge = curve.descent_cusp if start > 0.0 else curve.ascent_cusp
-    if not abs(start) <= abs(edge) and regulator.of is not None:
-        top = float(curve.height(curve.descent_cusp)), float(curve.height(curve.ascent_cusp))
-        raise SceneError(
-            name,
-            'regulator.release_arc',
-            start,
-            f'is beyond the end of the curve, at {edge!r} m, where the companion ends: the branch '
-            f'of descent is {top[0]:.6g} m high, the branch of ascent {top[1]:.6g} m',
-            'Release the body nearer to A, or give a longer pendulum_length.',
-        )
     if not abs(start) <= abs(edge):
-        # the shortest pendulum, or else the nearest body, for this release
-        longer = _at_least(regulator, 'pendulum_length', regulator.pendulum_length, 'm')
-        remedy = f', or give {longer}'
-        if not longer:
-            larger = _at_least(regulator, 'diameter', regulator.diameter, 'm')
-            denser = _at_least(regulator, 'body_density', regulator.body_density, 'kg/m3')
-            bodies = ' or '.join(body for body in (larger, denser) if body)
-            remedy = f', or take a larger or denser body: {bodies}' if bodies else ''
+        limit = 'cusp' if regulator.of is None else 'end of the companion'
         raise SceneError(
             name,
             'regulator.release_arc',
             start,
-            f'is beyond the cusp of the curve, at {edge!r} m',
-            f'Release the body nearer to A{remedy}.',
+            f'is beyond the {limit} at {edge!r} m',
+            f'Release the body nearer to A, or give {_long_enough(regulator)}.',
         )
     from tauto_core.machines.fluid_pendulum import FluidPendulum
 
@@ -744,19 +690,15 @@ def compile_fluid_pendulum(
     return machine
 
 
-def _at_least(regulator: FluidTautochroneRegulator, key: str, value: float, unit: str) -> str:
-    nearest = _nearest_that_holds(regulator, key, value, 2.0)
-    return '' if nearest is None else f'a {key} of at least {nearest:.4g} {unit}'
-
-
-def _nearest_that_holds(
-    regulator: FluidTautochroneRegulator, key: str, value: float, factor: float
-) -> float | None:
-    """Return the nearest value, in the factor's direction, with the release on the curve."""
+def _long_enough(regulator: FluidTautochroneRegulator) -> str:
+    """Return the shortest pendulum, if one is found, with the release on the curve."""
     start = regulator.release_arc
 
     def holds(trial: float) -> bool:
-        curve = make_descent_curve(regulator.model_copy(update={key: trial}))
+        curve = make_descent_curve(regulator.model_copy(update={'pendulum_length': trial}))
         return abs(start) <= abs(curve.descent_cusp if start > 0.0 else curve.ascent_cusp)
 
-    return nearest_if_any(value, factor, holds)
+    length = None if regulator.of else nearest_if_any(regulator.pendulum_length, 2.0, holds)
+    if length is None:
+        return 'a longer pendulum or a larger or denser body'
+    return f'a pendulum_length of at least {length:.4g} m'

@@ -130,10 +130,9 @@ def write_solids(
 ) -> list[Path]:
     """Write wheel, cheeks and axle as one STEP file and as STL files in a folder.
 
-    Existing files are replaced. Errors: see `check_solids` and `wheel_sizes`. OutputError: a file
-    that cannot be written.
+    Existing files are replaced. Errors: see `wheel_sizes`. OutputError: a file that cannot be
+    written.
     """
-    check_solids(thickness_mm)
     sizes = wheel_sizes(plate, inertia, thickness_mm)
     parts = _solids(plate, sizes)
     from build123d import Compound, export_step, export_stl

@@ -62,11 +62,6 @@ class CorrectedCam(Cam):
     distance: float
     knows_angle_of_lift = True
 
-    @property
-    def hole_distance(self) -> float:
-        """Distance a of the hole [m], inf for a vertical thread."""
-        return self.distance
-
     @abstractmethod
     def _arm_gain(self, x: FloatArray) -> FloatArray:
         """Return t(x) − t'(0)·x [m], without cancellation."""
@@ -343,11 +338,6 @@ class ForceTableCorrected(CorrectedCam):
     law: ForceLaw
     distance: float = math.inf
 
-    @property
-    def corrected_for(self) -> ForceLaw:
-        """The force for which it is isochronous."""
-        return self.law
-
     @cached_property
     def lever(self) -> SmoothLever:
         """The law of the lever arm as plain numbers."""
@@ -440,8 +430,7 @@ class ForceTableCorrected(CorrectedCam):
 
 def pulled(cam: Cam, law: ForceLaw) -> Cam:
     """Return the cam on which the constant F(0) has the torque of F(h) on a given cam."""
-    corrected = getattr(cam, 'corrected_for', None)
-    if corrected == law:
+    if isinstance(cam, ForceTableCorrected) and cam.law == law:
         return LinearisedCam(float(cam.lever_rate(0.0)), cam.range_rad, cam, law)
     return EquivalentCam(cam, law)
 
@@ -485,7 +474,13 @@ class EquivalentCam(Cam):
 
     def wider(self, amplitude: float, mass: float, period: float) -> str:
         """Return the change that widens the range to an amplitude, as the end of a sentence."""
-        return wider_points(self.cam, self.law, self.scale, amplitude, mass, period)
+        if amplitude > self.cam.range_rad:
+            return self.cam.wider(amplitude, mass, period)
+        reached = self.scale * float(self.cam.lift(amplitude))
+        return (
+            f', or give trochlea.power.points up to a lift of {reached:.6g} m (they end at '
+            f'{self.law.longest!r} m)'
+        )
 
     def angle_of_lift(self, lift: ArrayLike) -> FloatArray:
         """Return the ϑ ≥ 0 of a lift h* [rad]."""
@@ -553,19 +548,6 @@ class LinearisedCam(LinearCam):
     def wider(self, amplitude: float, mass: float, period: float) -> str:
         """Return the change that widens the range to an amplitude, as the end of a sentence."""
         return self.cam.wider(amplitude, mass, period)
-
-
-def wider_points(
-    cam: Cam, law: ForceLaw, scale: float, amplitude: float, mass: float, period: float
-) -> str:
-    """Return the change of the points of a force, or of the cam, for an amplitude [rad]."""
-    if amplitude > cam.range_rad:
-        return cam.wider(amplitude, mass, period)
-    reached = scale * float(cam.lift(amplitude))
-    return (
-        f', or give trochlea.power.points up to a lift of {reached:.6g} m (they end at '
-        f'{law.longest!r} m)'
-    )
 
 
 # -----------------------------------------------------------------------------

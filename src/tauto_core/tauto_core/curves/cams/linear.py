@@ -115,11 +115,6 @@ class Hole(LinearCam):
         """a/b [rad]."""
         return self.distance / self.rate
 
-    @property
-    def hole_distance(self) -> float:
-        """Distance a of the hole [m]."""
-        return self.distance
-
     def wider(self, amplitude: float, mass: float, period: float) -> str:
         """Return the change that widens the range to an amplitude, as the end of a sentence."""
         return farther(float(replace(self, distance=math.inf).lever_arm(amplitude)))

@@ -84,11 +84,6 @@ class Table(Cam):
         """The inner knots of the spline [rad]."""
         return self.law.knots[1:-1]
 
-    @property
-    def hole_distance(self) -> float:
-        """Distance of the hole [m], inf for a vertical thread."""
-        return self.distance
-
     @cached_property
     def splines(self) -> ArmSplines:
         """The law and the functions derived from it, of |ϑ|."""

@@ -83,10 +83,8 @@ class LeverMachine:
         """Whether the direction of the apparent vertical acts on it, through a weight."""
         return self.mass > 0.0
 
-    @property
-    def feels_gravity(self) -> bool:
-        """Whether the strength of the apparent gravity acts on it, through a weight."""
-        return self.mass > 0.0
+    feels_gravity = follows_apparent_vertical
+    """Whether the strength of the apparent gravity acts on it, through a weight."""
 
     def at_celsius(self, celsius: float, time_s: float = 0.0) -> LeverMachine:
         """Return the machine with its parameters at this temperature [°C] and time [s].
