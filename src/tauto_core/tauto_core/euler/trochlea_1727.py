@@ -51,18 +51,11 @@ def _tangent(z: float) -> tuple[float, float]:
     return dx / math.hypot(dx, dy), dy / math.hypot(dx, dy)
 
 
-def distance_of_normal(z: float) -> float:
-    """Return CT, the distance of the normal of the curve from the axle."""
-    x, y = circle_unrolled(np.array(z))
+def distances_of_lines(z: float) -> tuple[float, float]:
+    """Return the distances of the curve's normal, CT, and of its tangent, the thread, from C."""
+    x, y = (float(part) for part in circle_unrolled(np.array(z)))
     across, along = _tangent(z)
-    return BASE_RADIUS * abs(float(x) * across + float(y) * along)
-
-
-def distance_of_normal_side(z: float) -> float:
-    """Return the distance of the curve's tangent, the line of the thread, from C."""
-    x, y = circle_unrolled(np.array(z))
-    across, along = _tangent(z)
-    return BASE_RADIUS * abs(float(x) * along - float(y) * across)
+    return BASE_RADIUS * abs(x * across + y * along), BASE_RADIUS * abs(x * along - y * across)
 
 
 def _speed(z: FloatArray) -> FloatArray:
@@ -241,8 +234,8 @@ def _of_involute() -> dict[str, float]:
     return {
         'torque': torque,
         'force_at_rim': torque / (3.0 * BASE_RADIUS),
-        'distance_of_thread': distance_of_normal_side(TURNED),
-        'distance_of_normal': distance_of_normal(ROLL_ANGLE),
+        'distance_of_thread': distances_of_lines(TURNED)[1],
+        'distance_of_normal': distances_of_lines(ROLL_ANGLE)[0],
         'dx_by_dy': angle_rate / radius_rate,
         'polar_rate': angle_rate,
         'polar_angle': float(polar_angle(np.array(ROLL_ANGLE))),

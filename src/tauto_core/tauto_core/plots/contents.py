@@ -123,10 +123,9 @@ def window(voyage: Voyage, from_s: float | None, to_s: float | None) -> _Window:
         UsageError: the part is not within the voyage, or is too long to draw.
     """
     end_s = float(voyage.time_s[-1])
-    if from_s is None and to_s is None:
-        return _roughest(voyage, end_s)
     if from_s is None:
-        assert to_s is not None
+        if to_s is None:
+            return _roughest(voyage, end_s)
         from_s = max(to_s - PART_S, 0.0)
     if to_s is None:
         to_s = min(from_s + PART_S, end_s)
@@ -265,7 +264,7 @@ def chart(
     if what in OF_A_PART:
         view = window(voyage, from_s, to_s)
         motion = seaway(voyage, view.from_s, view.to_s - view.from_s)
-        return OF_A_PART[what](voyage, view, motion)
+        return _PICTURES[what](voyage, view, motion)
     return _PICTURES[what](voyage)
 
 
@@ -741,7 +740,7 @@ def _needs(values: FloatArray, what: str, part: str) -> None:
         raise UsageError(f'{what}: the bag does not hold {part}. Draw error, rate or longitude')
 
 
-_PICTURES: dict[str, Callable[[Voyage], Chart]] = {
+_PICTURES: dict[str, Callable[..., Chart]] = {
     'error': _error,
     'rate': _rate,
     'drift': _drift,
@@ -751,21 +750,17 @@ _PICTURES: dict[str, Callable[[Voyage], Chart]] = {
     'phase': _phase,
     'weather': _weather,
     'temperature': _temperature,
+    'roll': _roll,
+    'spectrum': _spectrum,
     'map': _map,
     'cam': lambda voyage: Chart(
         'The cam', 'across [mm]', 'along the thread [mm]', cam_lines(voyage.scene), equal=True
     ),
     'machine': _machine,
 }
-OF_A_PART: dict[str, Callable[[Voyage, _Window, Seaway], Chart]] = {
-    'roll': _roll,
-    'spectrum': _spectrum,
-}
+OF_A_PART = ('roll', 'spectrum')
 """The pictures that can show a part of the voyage."""
 OF_A_SCENE = ('weather', 'cam', 'machine')
 """The pictures that need only a scene."""
-PICTURES = (
-    'error', 'rate', 'drift', 'longitude', 'stability', 'amplitude', 'phase', 'weather',
-    'temperature', 'roll', 'spectrum', 'map', 'cam', 'machine',
-)  # fmt: skip
+PICTURES = tuple(_PICTURES)
 """The pictures by name, in the order of the report."""

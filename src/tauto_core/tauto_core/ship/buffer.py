@@ -372,27 +372,17 @@ class MotionBuffer(Stateful):
                     channel[:] = values
         else:
             for rows, part in in_parts(imu, rate is not None, force):
-                parts = (None if array is None else array[rows] for array in (rate, lean, gravity))
-                self._read(part, roll[rows], *parts)
+                rates, leans, pulls = (
+                    None if array is None else array[rows] for array in (rate, lean, gravity)
+                )
+                velocity = None if rate is None else contiguous(part.angular_velocity)
+                kernels.roll_of(contiguous(part.orientation), velocity, roll[rows], rates)
+                if force:
+                    in_plane = contiguous(force_in_plane(part, self._plane))
+                    kernels.force_of(in_plane, leans, pulls)
             self._turns, self._last_roll = kernels.unwrap(roll, self._turns, self._last_roll)
         if tilt is not None:
             roll += tilt
-
-    def _read(
-        self,
-        imu: ImuSamples,
-        roll: FloatArray,
-        rate: FloatArray | None,
-        lean: FloatArray | None,
-        gravity: FloatArray | None,
-    ) -> None:
-        """Fill the channels in use: the roll in [−π, π], its rate, and the force."""
-        from tauto_core.ship import kernels  # kernels
-
-        velocity = None if rate is None else contiguous(imu.angular_velocity)
-        kernels.roll_of(contiguous(imu.orientation), velocity, roll, rate)
-        if lean is not None or gravity is not None:
-            kernels.force_of(contiguous(force_in_plane(imu, self._plane)), lean, gravity)
 
     def _spaced(self, times: IntArray) -> NDArray[np.bool_] | None:
         """Return which samples are far enough from the one before, or `None` if all are."""

@@ -75,15 +75,13 @@ def imu_from_roll(
 
     Orientation (sin ρ/2, 0, 0, cos ρ/2), angular velocity (ρ̇, 0, 0).
     """
-    half = 0.5 * np.ascontiguousarray(roll)
-    n = len(stamp_ns)
-    imu = sensed(stamp_ns, np.zeros((n, 4)), np.zeros((n, 3)), np.zeros((n, 3)))
-    imu.orientation[:, 0] = np.sin(half)
-    imu.orientation[:, 3] = np.cos(half)
-    imu.angular_velocity[:, 0] = roll_rate
-    imu.linear_acceleration[:, 1] = force_y
-    imu.linear_acceleration[:, 2] = force_z
-    return imu
+    half, zero = 0.5 * np.ascontiguousarray(roll), np.zeros(len(stamp_ns))
+    return sensed(
+        stamp_ns,
+        np.column_stack((np.sin(half), zero, zero, np.cos(half))),
+        np.column_stack((roll_rate, zero, zero)),
+        np.column_stack((zero, force_y, force_z)),
+    )
 
 
 def sensed(
@@ -209,24 +207,29 @@ def _nothing_refused(imu: ImuSamples, last_stamp_ns: int | None) -> bool:
     """Return whether all samples pass by a margin larger than rounding."""
     from tauto_core.ship.kernels import all_good  # imports kernels
 
-    covariances = (
+    for covariance in _covariances_of(imu):
+        first = covariance[:1] if covariance.strides[0] == 0 else covariance  # one for all
+        if np.any(first[:, 0] == -1.0):
+            return False
+    return bool(
+        all_good(
+            contiguous(imu.stamp_ns),
+            -1 if last_stamp_ns is None else last_stamp_ns,
+            contiguous(imu.orientation),
+            contiguous(imu.angular_velocity),
+            contiguous(imu.linear_acceleration),
+            0.999 * NORM_TOLERANCE,
+        )
+    )
+
+
+def _covariances_of(imu: ImuSamples) -> tuple[FloatArray, ...]:
+    """Return the three covariances."""
+    return (
         imu.orientation_covariance,
         imu.angular_velocity_covariance,
         imu.linear_acceleration_covariance,
     )
-    for covariance in covariances:
-        first = covariance[:1] if covariance.strides[0] == 0 else covariance  # one for all
-        if np.any(first[:, 0] == -1.0):
-            return False
-    good: bool = all_good(
-        contiguous(imu.stamp_ns),
-        -1 if last_stamp_ns is None else last_stamp_ns,
-        contiguous(imu.orientation),
-        contiguous(imu.angular_velocity),
-        contiguous(imu.linear_acceleration),
-        0.999 * NORM_TOLERANCE,
-    )
-    return good
 
 
 def contiguous(array: A) -> A:
@@ -250,11 +253,6 @@ def refusal_reasons(imu: ImuSamples, last_stamp_ns: int | None) -> IntArray:
 
 def content_reasons(imu: ImuSamples) -> IntArray:
     """Return `refusal_reasons` by the content alone, without the stamps."""
-    covariances = (
-        imu.orientation_covariance,
-        imu.angular_velocity_covariance,
-        imu.linear_acceleration_covariance,
-    )
     vectors = (imu.orientation, imu.angular_velocity, imu.linear_acceleration)
     finite = np.logical_and.reduce([np.isfinite(vector).all(axis=1) for vector in vectors])
     # refused rows are replaced to avoid floating-point warnings
@@ -266,7 +264,7 @@ def content_reasons(imu: ImuSamples) -> IntArray:
     x, y, z, w = np.where(not_unit[:, None], unit, orientation).T
     cos_pitch = np.hypot(2.0 * (w * x + y * z), (w * w - x * x) + (z * z - y * y))
     problems = (
-        *(covariance[:, 0] == -1.0 for covariance in covariances),
+        *(covariance[:, 0] == -1.0 for covariance in _covariances_of(imu)),
         ~finite,
         norm < SMALLEST_NORM,
         not_unit,

@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
-from typing import Protocol
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -41,31 +40,6 @@ _RHUMB_NODES = 512
 _QUADRATURE_NODES, _QUADRATURE_WEIGHTS = leggauss(32)
 
 
-class Leg(Protocol):
-    """The route between two places."""
-
-    @property
-    def length_m(self) -> float:
-        """Length of the leg [m]."""
-
-    @property
-    def highest_deg(self) -> float:
-        """Largest |latitude| on the leg [degrees]."""
-
-    def places(self, part: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return latitudes, and longitudes in [−180, 180), at shares of the leg, both (n,).
-
-        Args:
-            part: distance made over the length of the leg, 0 to 1, (n,).
-
-        Returns:
-            Degrees. The bits of each depend on its own share alone.
-        """
-
-    def course(self, part: float) -> float:
-        """Return the course at a share of the leg, from north to the east [rad], 0 to 2π."""
-
-
 def wrap_degrees(longitude: FloatArray) -> FloatArray:
     """Return longitudes [degrees] in [−180, 180). Values in the range keep their bits."""
     return wrap(longitude, 180.0)
@@ -85,6 +59,8 @@ class GeodesicLeg:
     """The shortest route (Karney, J. Geod. 87, 2013), by the direction of the vertical along it.
 
     Attributes:
+        length_m: length [m].
+        highest_deg: largest |latitude| [degrees].
         unique: whether no other route is as short. Nearly antipodal places may have two.
         vertical: Chebyshev coefficients of (cos φ cos λ, cos φ sin λ, sin φ), (m, 3).
     """
@@ -95,7 +71,10 @@ class GeodesicLeg:
     vertical: FloatArray
 
     def places(self, part: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the places at shares of the leg."""
+        """Return latitudes, and longitudes in [−180, 180), at shares of the leg [degrees], (n,).
+
+        The bits of each place depend on its own share alone.
+        """
         x, y, z = chebyshev.chebval(2.0 * part - 1.0, self.vertical).tolist()
         latitude = [
             math.degrees(math.atan2(c, math.hypot(a, b))) for a, b, c in zip(x, y, z, strict=True)
@@ -104,7 +83,10 @@ class GeodesicLeg:
         return np.array(latitude), wrap_degrees(np.array(longitude))
 
     def course(self, part: float) -> float:
-        """Return the course from the derivative of the vertical: M dφ north, N cos φ dλ east."""
+        """Return the course at a share of the leg, from north to the east [rad], 0 to 2π.
+
+        It follows from the derivative of the vertical: M dφ north, N cos φ dλ east.
+        """
         along = 2.0 * part - 1.0
         turning = chebyshev.chebder(self.vertical)
         x, y, z = np.asarray(chebyshev.chebval(along, self.vertical)).tolist()
@@ -155,6 +137,8 @@ class RhumbLeg:
     """The route of constant course, as series of latitude and longitude.
 
     Attributes:
+        length_m: length [m].
+        highest_deg: largest |latitude| [degrees].
         course_deg: course, from north to east.
         latitude: Chebyshev coefficients [degrees].
         longitude: Chebyshev coefficients [degrees], not wrapped.
@@ -167,7 +151,7 @@ class RhumbLeg:
     longitude: FloatArray
 
     def places(self, part: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return the places at shares of the leg."""
+        """Return the places at shares of the leg, as a `GeodesicLeg` does."""
         along = 2.0 * part - 1.0
         latitude, longitude = (
             np.asarray(chebyshev.chebval(along, series), np.float64)
@@ -334,9 +318,9 @@ class Passage:
         return latitude, longitude
 
 
-def _legs(scene: Surroundings, voyage: Itinerary) -> list[Leg]:
+def _legs(scene: Surroundings, voyage: Itinerary) -> list[GeodesicLeg | RhumbLeg]:
     """Return the legs from place to place."""
-    legs: list[Leg] = []
+    legs: list[GeodesicLeg | RhumbLeg] = []
     for index, (start, end) in enumerate(pairwise(voyage.places), 1):
         leg = rhumb_leg(start, end) if voyage.track == 'rhumb' else geodesic_leg(start, end)
         key = key_of_place(voyage, index)

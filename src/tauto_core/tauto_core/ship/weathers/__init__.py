@@ -163,16 +163,15 @@ class WeatherSetting:
             raise SceneError(self.scene.name, key, value, problem, remedy)
         return self.passage
 
-    def time_of_place(self, place: int, key: str) -> int:
-        """Return the time of a place of the voyage [ns].
-
-        Args:
-            place: 0 the departure, then the waypoints, then the arrival.
-            key: the key that names the place.
+    def time_of(self, section: Any, key: str) -> int:
+        """Return the time `at` of a section, or of the place `waypoint`, or 0 [ns].
 
         Raises:
             SceneError: there is no such place.
         """
+        if section.at is not None or section.waypoint is None:
+            return nanoseconds(section.at or 0.0)
+        key, place = f'{key}.waypoint', section.waypoint
         times = self.passage_for(key, place).places_ns
         if place < len(times):
             return times[place]
@@ -322,6 +321,17 @@ def told(states: Sequence[WeatherState]) -> list[dict[str, Any]]:
 _OF_WAVES = ('significant_wave_height', 'peak_period', 'spectrum', 'heading', 'waves_to', 'speed')
 
 
+def time_problems(section: Any, key: str) -> Iterator[Problem]:
+    """Yield a problem unless a section has either `at` or `waypoint`."""
+    if section.at is not None and section.waypoint is not None:
+        problem, remedy = 'does not go with waypoint', 'Leave one of them out.'
+        yield Problem(f'{key}.at', section.at, problem, remedy)
+    elif section.at is None and section.waypoint is None:
+        problem = 'is missing, and there is no waypoint in its place'
+        remedy = 'Write `at: …`, time from the start [s], or `waypoint: …`, number of a place.'
+        yield Problem(f'{key}.at', ABSENT, problem, remedy)
+
+
 def wave_problems(
     section: Any, key: str, names: Sequence[str], rate_hz: float
 ) -> Iterator[Problem]:
@@ -379,12 +389,7 @@ class SeaState(Section):
             rate_hz: samples of the motion per second.
             follow_route: whether the weather follows the route of the voyage.
         """
-        if (self.at is None) == (self.waypoint is None):
-            what = 'is missing, and there is no waypoint in its place'
-            remedy = 'Write `at: …`, time from the start [s], or `waypoint: …`, number of a place.'
-            if self.at is not None:
-                what, remedy = 'does not go with waypoint', 'Leave one of them out.'
-            yield Problem(f'{key}.at', ABSENT if self.at is None else self.at, what, remedy)
+        yield from time_problems(self, key)
         yield from wave_problems(self, key, _OF_WAVES, rate_hz)
         turned, waves_to = self.heading is not None, self.waves_to
         yield from problems_where(
@@ -437,10 +442,7 @@ class StatesWeather(WeatherKind):
         states = []
         for index, state in enumerate(self.states):
             key = f'ship.weather.states[{index}]'
-            if state.at is not None:
-                at_ns = nanoseconds(state.at)
-            else:
-                at_ns = setting.time_of_place(state.waypoint or 0, f'{key}.waypoint')
+            at_ns = setting.time_of(state, key)
             if state.significant_wave_height is None or state.peak_period is None:
                 states.append(setting.calm(at_ns, key))
                 continue

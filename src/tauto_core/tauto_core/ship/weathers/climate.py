@@ -20,6 +20,7 @@ from tauto_core.ship.weathers import (
     WeatherKind,
     WeatherSetting,
     WeatherState,
+    time_problems,
     wave_problems,
 )
 
@@ -213,11 +214,7 @@ class ClimateWeather(WeatherKind):
         times: list[int] = []
         for index, region in enumerate(self.regions):
             key = f'ship.weather.regions[{index}]'
-            begins = 0
-            if region.at is not None:
-                begins = nanoseconds(region.at)
-            elif region.waypoint is not None:
-                begins = setting.time_of_place(region.waypoint, f'{key}.waypoint')
+            begins = setting.time_of(region, key)
             if times and begins <= times[-1]:
                 problem = f'begins at {begins / NS_PER_S:g} s, not later than the region before'
                 remedy = 'Give the regions in the order of the route.'
@@ -231,21 +228,8 @@ class ClimateWeather(WeatherKind):
             yield Problem('ship.weather.regions', ABSENT, 'is empty', 'Give at least one region.')
         for index, region in enumerate(self.regions):
             key = f'ship.weather.regions[{index}]'
-            if region.at is not None and region.waypoint is not None:
-                yield Problem(
-                    f'{key}.waypoint',
-                    region.waypoint,
-                    'does not go with at',
-                    'Leave one of them out.',
-                )
-            if region.at is None and region.waypoint is None and index > 0:
-                yield Problem(
-                    f'{key}.at',
-                    ABSENT,
-                    'is missing, and there is no waypoint in its place',
-                    'Give the beginning of the region: `at: …` [s], or `waypoint: …`, number of a '
-                    'place.',
-                )
+            if index or region.at is not None:
+                yield from time_problems(region, key)
             for name in _NUMBERS:
                 if region.climate is None and getattr(region, name) is None:
                     yield Problem(
