@@ -134,8 +134,8 @@ def test_a_sample_has_the_same_bits_alone_and_among_others(heaves):
     whole = imu_samples(np.arange(203), roll, rate, bend, up, 2.0, 9.8)
     for i in range(203):
         one = slice(i, i + 1)
-        parts = [None if array is None else array[one] for array in (roll, rate, bend, up)]
-        alone = imu_samples(np.arange(i, i + 1), *parts, 2.0, 9.8)
+        up_1 = None if up is None else up[one]
+        alone = imu_samples(np.arange(i, i + 1), roll[one], rate[one], bend[one], up_1, 2.0, 9.8)
         for field in fields(whole):
             found, wanted = getattr(alone, field.name), getattr(take(whole, one), field.name)
             np.testing.assert_array_equal(found, wanted)

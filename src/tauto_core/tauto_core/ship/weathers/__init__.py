@@ -171,7 +171,7 @@ class WeatherSetting:
         """
         if section.at is not None or section.waypoint is None:
             return nanoseconds(section.at or 0.0)
-        key, place = f'{key}.waypoint', section.waypoint
+        key, place = f'{key}.waypoint', int(section.waypoint)
         times = self.passage_for(key, place).places_ns
         if place < len(times):
             return times[place]
