@@ -17,7 +17,7 @@ from PIL import Image
 
 import tauto_core as tauto
 from tauto_core.plots.chart import COLOURS, Chart, Line, draw
-from tauto_core.plots.notebook import LARGEST_SVG, picture_html
+from tauto_core.plots.picture import LARGEST_SVG, picture_html
 
 MOST = 80_000
 """Characters that a result may have: a notebook of fifty stays below the 4 MB of a screen."""

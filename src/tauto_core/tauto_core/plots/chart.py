@@ -170,7 +170,7 @@ MAP_RATIO = 1.5
 
 def draw(of: Chart, name: str) -> Figure:
     """Return a chart as a figure, with the name of the scene in its title."""
-    from tauto_core.plots.notebook import Picture
+    from tauto_core.plots.picture import Picture
 
     panels = of.panels
     high = 6.0 if of.equal else 5.0 if of.is_map else 2.4 + 1.6 * len(panels)

@@ -6,22 +6,17 @@ tens of kB.
 
 from __future__ import annotations
 
-from base64 import b64encode
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from html import escape
-from io import BytesIO
 from typing import TYPE_CHECKING
 
-import matplotlib as mpl
 import numpy as np
-from matplotlib.figure import Figure
-from PIL import Image
 
-from tauto_core.files import LOOK
 from tauto_core.plots.chart import Chart, Line, draw
 from tauto_core.plots.contents import chart, thinned
 from tauto_core.plots.machine import cam_lines
+from tauto_core.plots.picture import picture_html
 from tauto_core.wording import figure, significant
 
 if TYPE_CHECKING:
@@ -126,47 +121,3 @@ def _table(names: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
     head, body = line(names, 'th'), ''.join(line(row, 'td') for row in rows)
     return f'<table><thead>{head}</thead><tbody>{body}</tbody></table>'
-
-
-# -----------------------------------------------------------------------------
-# Matplotlib's figures as images.
-
-LARGEST_SVG = 45_000
-"""Largest SVG [bytes]. A larger one, such as a map with long coasts, becomes a PNG. In base64 the
-limit is 60 kB."""
-CSS_PIXELS_AN_INCH = 96
-DOTS_AN_INCH, COLOURS = 144, 48
-"""Resolution and palette of these PNGs. A map has a dozen colours, and half-tones at their edges.
-"""
-
-
-class Picture(Figure):
-    """A Matplotlib figure that a notebook shows as an image, even without `pyplot`.
-
-    Attributes:
-        described: alternative text.
-    """
-
-    described = ''
-
-    def _repr_html_(self) -> str:
-        return picture_html(self, self.described)
-
-
-def picture_html(drawn: Figure, described: str = '') -> str:
-    """Return a figure as an HTML image with an alternative text."""
-    written, kind = BytesIO(), 'svg+xml'
-    with mpl.rc_context(LOOK):
-        drawn.savefig(written, format='svg', metadata={'Date': None})
-        if written.tell() > LARGEST_SVG:
-            image, written, kind = BytesIO(), BytesIO(), 'png'
-            drawn.savefig(image, format='png', dpi=DOTS_AN_INCH)
-            # this method keeps rare colours, such as the lines'
-            png = Image.open(image).convert('RGB').quantize(COLOURS, Image.Quantize.FASTOCTREE)
-            png.save(written, 'png', optimize=True)
-    source = b64encode(written.getvalue()).decode('ascii')
-    width = round(CSS_PIXELS_AN_INCH * drawn.get_figwidth())
-    return (
-        f'<img alt="{escape(described)}" width="{width}" style="max-width: 100%; background: '
-        f'white" src="data:image/{kind};base64,{source}">'
-    )
