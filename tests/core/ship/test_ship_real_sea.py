@@ -8,7 +8,6 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import yaml
-from scipy.signal import welch
 
 from tauto_core.bags import BagWriter
 from tauto_core.samples import text
@@ -16,7 +15,6 @@ from tauto_core.scene import SpectrumTable, load_scene, scene_yaml
 from tauto_core.ship import ShipMotion, bag_metadata
 from tauto_core.ship.motions.sea import sea_motion
 from tauto_core.ship.sea import band_hz, elevation, energy_below, height_and_period
-from tauto_core.ship.waves import SampledHarmonics
 
 SPECTRUM = 'shipped:ndbc_44004/2000-01-01T02.csv'
 OPERATOR = 'shipped:supply_rao/supply_rao.csv'
@@ -72,21 +70,6 @@ def test_the_band_ends_where_the_energy_does():
     )
     assert band_hz(sea) == (0.2, 0.4)
     assert np.all(elevation(sea, 1).amplitude > 0.0)
-
-
-def test_a_long_record_has_height_and_peak_of_the_spectrum():
-    """Twelve hours of elevation at 2 Hz. The beats of neighbours, 0.001 Hz and more apart, leave
-    about 1 % of the energy. The windows of the estimate resolve 0.002 Hz, the table 0.01 Hz."""
-    waves = elevation(measured(200), 11)
-    record = SampledHarmonics(waves, 500_000_000).between(0, 86_400, 0)[0]
-    height, period = height_and_period(measured())
-    assert 4.0 * record.std() == pytest.approx(height, rel=0.01)
-    frequency, density = welch(record, 2.0, nperseg=1024)
-    rows = np.interp(measured().frequency, frequency, density)
-    assert measured().frequency[int(np.argmax(rows))] == pytest.approx(1.0 / period, abs=0.0101)
-    # each row of the table again, within what some ten components a row scatter
-    rms = np.sqrt(np.mean((rows - measured().energy_density) ** 2))
-    assert rms < 0.15 * max(measured().energy_density)
 
 
 def test_the_supply_vessel_rolls_as_published():

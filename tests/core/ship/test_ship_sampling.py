@@ -128,26 +128,30 @@ REACHED: tuple[tuple[str, dict[str, object], float], ...] = (
 )
 
 
+def error_s(scene: Scene, voyage: Voyage, exact: Voyage) -> float:
+    """Return the largest error of the reading of a voyage [s]."""
+    apart, wanted = (each.samples[PHASE].position[:, 1:3] for each in (voyage, exact))
+    half_s = 0.5 * TrochleaStage(scene).nominal_s
+    return half_s * float(np.max(np.abs((apart - wanted).sum(axis=1))))
+
+
 @pytest.mark.parametrize(('name', 'changes', 'duration'), REACHED)
 def test_the_accuracy_asked_for_is_reached(name, changes, duration, monkeypatch):
     """Against 40 Hz and 2e-12. The result of a run has a bound, and the bound holds."""
     # on a slow machine the trials of the default time are too short for a bound
     monkeypatch.setattr('tauto_core.checks.cost.JUDGED_IN_S', 5.0)
     run = {**changes, 'duration': duration}
-    finest = {**run, 'solver': {'tolerance': 2e-12}, 'ship.rate': 40.0}
-    exact = sail(name, **finest).samples[PHASE].position[:, 1:3]
+    exact = sail(name, **run, solver={'tolerance': 2e-12}, **{'ship.rate': 40.0})
     scene = load_scene(name, **run)
-    half_s = 0.5 * TrochleaStage(scene).nominal_s
     for asked in (1e-6, 1e-2):
         voyage = sail(name, **run, **{'solver.accuracy': asked})
-        apart = voyage.samples[PHASE].position[:, 1:3] - exact
-        found = half_s * np.max(np.abs(apart.sum(axis=1)))
-        assert found <= asked  # runs of less than a day may err as much as one
-        said = voyage.result['accuracy']
-        assert said['asked_s_per_day'] == asked
-        assert said['bound_s_per_day'] >= found - 1e-11
-        assert said['holds'] == (said['bound_s_per_day'] <= asked)
-        assert json.loads(json.dumps(said)) == said
+        wrong = error_s(scene, voyage, exact)
+        assert wrong <= asked  # runs of less than a day may err as much as one
+        accuracy = voyage.result['accuracy']
+        assert accuracy['asked_s_per_day'] == asked
+        assert accuracy['bound_s_per_day'] >= wrong - 1e-11
+        assert accuracy['holds'] == (accuracy['bound_s_per_day'] <= asked)
+        assert json.loads(json.dumps(accuracy)) == accuracy
 
 
 STEEP_WEIGHT = {
@@ -193,14 +197,12 @@ OVERTONES = ((True, 64, 6.0, 1e-7), (False, 256, 7.0, 1e-5))
 @pytest.mark.parametrize(('hull', 'waves', 'height', 'coarse_s'), OVERTONES)
 def test_hulls_and_hundreds_of_waves_have_overtones_too(hull, waves, height, coarse_s):
     """At 8 Hz, which does for the waves themselves, the readings err by more than `coarse_s`."""
-    phases = [
-        steep_voyage(height, waves=waves, hull=hull, rate=rate).samples[PHASE].position[:, 1:3]
-        for rate in (None, 8.0, 40.0)
-    ]
-    half_s = 0.5 * TrochleaStage(steep_sea(height, waves=waves, hull=hull)).nominal_s
-    errors = [half_s * np.max(np.abs((each - phases[2]).sum(axis=1))) for each in phases[:2]]
-    assert errors[0] < 0.1 * ACCURACY
-    assert errors[1] > coarse_s
+    default, coarse, exact = (
+        steep_voyage(height, waves=waves, hull=hull, rate=rate) for rate in (None, 8.0, 40.0)
+    )
+    scene = steep_sea(height, waves=waves, hull=hull)
+    assert error_s(scene, default, exact) < 0.1 * ACCURACY
+    assert error_s(scene, coarse, exact) > coarse_s
 
 
 def test_a_sea_too_steep_for_any_rate_is_reported():
@@ -214,48 +216,51 @@ def test_a_sea_too_steep_for_any_rate_is_reported():
     assert 'accuracy' not in less.result
 
 
-@pytest.mark.parametrize('thread', ['lever', 'hanging'])
-def test_a_steep_roll_has_overtones_which_its_waves_have_not(thread):
+def built(content: dict[str, object], **changes: object) -> Scene:
+    return parse_scene(json.dumps({**content, **changes}), 'built')
+
+
+def rolling(height: float, *waves: tuple[float, float, float]) -> dict[str, object]:
+    components = [dict(zip(('amplitude', 'period', 'phase'), wave, strict=True)) for wave in waves]
+    return {'kind': 'components', 'height': height, 'components': components}
+
+
+LEVER = {
+    'duration': 8.0,
+    'trochlea': {
+        'inertia': 2.02e-5,
+        'cam': {'kind': 'involute', 'base_radius': 0.00646},
+        'thread': {'kind': 'lever', 'arm': 0.065, 'weight_arm': 0.188, 'length': 0.236},
+        'power': {'kind': 'weight', 'mass': 0.0263},
+        'release_angle': 0.979,
+    },
+    'ship': rolling(6.3, (0.145, 4.51, -1.52), (0.331, 7.88, -1.34), (0.365, 3.93, 3.0)),
+}
+HANGING = {
+    'duration': 40.0,
+    'trochlea': {
+        'inertia': 4.6e-4,
+        'cam': {'kind': 'involute', 'base_radius': 0.00247},
+        'thread': {'kind': 'hanging', 'length': 3.6},
+        'power': {'kind': 'weight_and_spring', 'mass': 0.08, 'stiffness': 14.4},
+        'release_angle': 0.0624,
+    },
+    'ship': rolling(0.8, (0.393, 3.61, -1.08)),
+}
+
+
+@pytest.mark.parametrize(('content', 'coarse_hz'), [(LEVER, 8.0), (HANGING, 5.0)])
+def test_a_steep_roll_has_overtones_which_its_waves_have_not(content, coarse_hz):
     """Without a stated accuracy there is no bound, so the default must hold in any sea. At the 8
     and 5 Hz that do for the waves of the roll alone, the readings err by 0.05 and 0.002 s: against
     those at 100 Hz, which DOP853 has too, written from the Lagrangians.
     """
-    light = thread == 'lever'
-    threads = {
-        'lever': {'kind': 'lever', 'arm': 0.065, 'weight_arm': 0.188, 'length': 0.236},
-        'hanging': {'kind': 'hanging', 'length': 3.6},
-    }
-    powers = {
-        'lever': {'kind': 'weight', 'mass': 0.0263},
-        'hanging': {'kind': 'weight_and_spring', 'mass': 0.08, 'stiffness': 14.4},
-    }
-    rolls = {
-        'lever': ((0.145, 4.51, -1.52), (0.331, 7.88, -1.34), (0.365, 3.93, 3.0)),
-        'hanging': ((0.393, 3.61, -1.08),),
-    }
-    scene = {
-        'duration': 8.0 if light else 40.0,
-        'trochlea': {
-            'inertia': 2.02e-5 if light else 4.6e-4,
-            'cam': {'kind': 'involute', 'base_radius': 0.00646 if light else 0.00247},
-            'thread': threads[thread],
-            'power': powers[thread],
-            'release_angle': 0.979 if light else 0.0624,
-        },
-        'ship': {
-            'kind': 'components',
-            'height': 6.3 if light else 0.8,
-            'components': [
-                {'amplitude': size, 'period': period, 'phase': phase}
-                for size, period, phase in rolls[thread]
-            ],
-        },
-    }
-    found = sail(parse_scene(json.dumps(scene), thread))
-    readings = [found.clock_error_s]
-    for rate in (8.0 if light else 5.0, 100.0):
-        scene['ship']['rate'], scene['solver'] = rate, {'tolerance': 1e-12}
-        readings.append(sail(parse_scene(json.dumps(scene), thread)).clock_error_s)
+    readings = [sail(built(content)).clock_error_s]
+    for rate in (coarse_hz, 100.0):
+        sampled = built(
+            content, ship={**content['ship'], 'rate': rate}, solver={'tolerance': 1e-12}
+        )
+        readings.append(sail(sampled).clock_error_s)
     default, coarse, exact = readings
     assert np.max(np.abs(default - exact)) < ACCURACY
     assert np.max(np.abs(coarse - exact)) > 1e-3
@@ -265,32 +270,19 @@ def test_the_first_window_of_a_thread_that_swings_counts_as_all():
     """The roll excites the thread near its own 3.8 s. An escapement does not damp it, so it keeps
     the error of the first window: counted once, the readings err by 6e-4 s, not 1e-4 s.
     """
-    ship: dict[str, object] = {
-        'kind': 'components',
-        'height': 0.8,
-        'components': [{'amplitude': 0.393, 'period': 3.61, 'phase': -1.08}],
-    }
-    scene: dict[str, object] = {
+    trochlea = {**HANGING['trochlea'], 'thread': {'kind': 'hanging', 'length': 3.63}}
+    content = {
+        **HANGING,
         'duration': 46.0,
-        'trochlea': {
-            'inertia': 4.6e-4,
-            'cam': {'kind': 'involute', 'base_radius': 0.00247},
-            'thread': {'kind': 'hanging', 'length': 3.63},
-            'power': {'kind': 'weight_and_spring', 'mass': 0.08, 'stiffness': 14.4},
-            'release_angle': 0.0624,
-        },
+        'trochlea': trochlea,
         'drag': {'viscous': 8.1e-5},
         'escapement': {'kind': 'impulse', 'energy': 1.4e-6},
-        'ship': ship,
     }
-    finest = {**scene, 'ship': {**ship, 'rate': 100.0}, 'solver': {'tolerance': 2e-13}}
-    exact = sail(parse_scene(json.dumps(finest), 'finest')).samples[PHASE].position[:, 1:3]
-    half_s = 0.5 * TrochleaStage(parse_scene(json.dumps(scene), 'half')).nominal_s
+    finest = built(content, ship={**HANGING['ship'], 'rate': 100.0}, solver={'tolerance': 2e-13})
+    exact = sail(finest)
     for asked in (1e-8, 1e-6, 1e-4):
-        stated = {**scene, 'solver': {'accuracy': asked}}
-        voyage = sail(parse_scene(json.dumps(stated), 'stated'))
-        apart = voyage.samples[PHASE].position[:, 1:3] - exact
-        assert half_s * np.max(np.abs(apart.sum(axis=1))) <= asked
+        voyage = sail(built(content, solver={'accuracy': asked}))
+        assert error_s(built(content), voyage, exact) <= asked
         assert voyage.result['accuracy']['holds']
 
 
@@ -298,16 +290,8 @@ def test_a_cheek_without_an_escapement_reaches_the_default():
     """Its energy errs at every kink, and its rate more and more: in two hours by 1.3e-6 s at the
     tolerance for cheeks with an escapement.
     """
-    ship: dict[str, object] = {
-        'kind': 'components',
-        'height': 4.2,
-        'components': [
-            {'amplitude': 0.025, 'period': 10.13, 'phase': 0.73},
-            {'amplitude': 0.048, 'period': 14.11, 'phase': 1.06},
-            {'amplitude': 0.049, 'period': 12.65, 'phase': 2.97},
-        ],
-    }
-    scene: dict[str, object] = {
+    ship = rolling(4.2, (0.025, 10.13, 0.73), (0.048, 14.11, 1.06), (0.049, 12.65, 2.97))
+    content = {
         'duration': 7200.0,
         'trochlea': {
             'inertia': 4e-4,
@@ -319,13 +303,9 @@ def test_a_cheek_without_an_escapement_reaches_the_default():
         'ship': ship,
         'log': {'interval': 10.0},
     }
-    finest = {**scene, 'ship': {**ship, 'rate': 40.0}, 'solver': {'tolerance': 1e-15}}
-    default, exact = (
-        sail(parse_scene(json.dumps(each), 'cheek')).samples[PHASE].position[:, 1:3]
-        for each in (scene, finest)
-    )
-    half_s = 0.5 * TrochleaStage(parse_scene(json.dumps(scene), 'half')).nominal_s
-    assert half_s * np.max(np.abs((default - exact).sum(axis=1))) < 0.1 * ACCURACY
+    scene = built(content)
+    exact = sail(built(content, ship={**ship, 'rate': 40.0}, solver={'tolerance': 1e-15}))
+    assert error_s(scene, sail(scene), exact) < 0.1 * ACCURACY
 
 
 def test_a_chaotic_clock_is_promised_no_accuracy():
