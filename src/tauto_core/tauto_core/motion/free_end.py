@@ -29,45 +29,28 @@ from tauto_core.motion.free_step import (
     LONGEST,
     LONGEST_ON_THREAD,
     MISSES,
-    MOST_LENGTHS,
     MOST_SPANS,
     PAST,
     RING,
     ROW_SETTLED,
-    SHORTEST,
     UNKNOWN,
     FreeEnd,
     FreeHalfSwing,
     FreeState,
-    Rates,
-    WheelInstant,
-    arc_sine,
-    end_of,
-    event_after,
+    expected_s,
     fill_from_spans,
-    fill_rates,
-    given_by_impulse,
     holds,
-    holds_on_thread,
-    lasting,
-    late_for_impulse,
-    late_for_kink,
+    is_past,
     lay_out_pieces,
-    longer_by_gravity,
-    moving,
-    settle,
     ship_at,
     span_at,
-    time_to_impulse,
-    to_impulse,
-    to_impulse_on_thread,
+    to_next,
 )
 from tauto_core.motion.gauss_step import (
     LEAST_SETTLED,
     MAX_SWEEPS,
     MOST_POWERS,
     PART_STEP,
-    Mode,
     Omega,
     Step,
     Work,
@@ -81,7 +64,7 @@ from tauto_core.motion.gauss_step import (
     sum_exactly,
     sweep,
 )
-from tauto_core.motion.lanes import SIZE, WIDE_SIZE, fma, row_of, store
+from tauto_core.motion.lanes import SIZE, WIDE_SIZE
 from tauto_core.motion.slack import SPANNED, SlackThread, rest_of
 from tauto_core.motion.stepping import (
     OK,
@@ -102,9 +85,6 @@ from tauto_core.motion.stepping import (
 from tauto_core.motion.system import (
     NOWHERE,
     ForcingPieces,
-    Inputs,
-    Instant,
-    Plane,
     RunningState,
     SteppedRun,
     Tolerance,
@@ -294,13 +274,10 @@ def _to_row(
     """Write the row at the end of the last span if it precedes the impulse. The state stays."""
     wheel, omega, state, work = swing.system, run.omega, run.state, run.work
     h, mode = swing.known_s, mode_of(state)
-    if wheel.kinked and h > LONGEST * expected_s(run, swing, free, free_end):
+    # beyond the second turning point the motion looks as if it preceded the event
+    may_be_late = wheel.kinked or not isinstance(wheel, Wheel)
+    if may_be_late and not h <= LONGEST * expected_s(run, swing, free, free_end):
         return PAST
-    if not isinstance(wheel, Wheel):
-        # beyond the second turning point the motion looks as if it preceded the impulse
-        expected = time_to_impulse(run, swing, free_end.usual_s) * lasting(run, free)
-        if not h <= LONGEST * expected:
-            return PAST
     fill_from_spans(swing, h, work)
     step = Step(wheel, mode, omega, h, PART_STEP, state.planes, work)
     fill_rotations(step)
@@ -314,7 +291,7 @@ def _to_row(
     now = wheel.instant(mode, omega, planes_of(omega, work.end), at)
     if is_past(wheel, state, now):
         return PAST
-    if not _holds(run, swing, mode, free_end.error, h):
+    if not holds(run, swing, mode, free_end.error, h):
         return MISSES
     # advance the state for the row, then restore it
     turns, beats = state.turns, state.beats
@@ -335,37 +312,25 @@ def _to_row(
 
 
 @inlined
-def _holds(run: SteppedRun, swing: FreeHalfSwing, mode: Mode, error: float, h: float) -> bool:
-    """Return whether a step is exact enough, within range, and clear of tilt and impulse."""
-    if isinstance(swing.system, Wheel):
-        return holds(run, swing, mode, error, h)
-    return holds_on_thread(run, swing, mode, error, h)
-
-
-@inlined
-def _to_next(
-    run: SteppedRun, swing: FreeHalfSwing, free: FreeState, free_end: FreeEnd
-) -> tuple[int, float]:
-    """Step to the next event, as `free_step.to_impulse`."""
-    if isinstance(swing.system, Wheel):
-        return to_next(run, swing, free, free_end)
-    return to_impulse_on_thread(run, swing, free, free_end)
-
-
-@inlined
 def _ahead(
-    start: FreeHalfSwing, first_due: int, reach_s: float, squares: FloatArray, bends: FloatArray
-) -> tuple[int, FreeHalfSwing]:
-    """Return a code and the half swing with the spans to read.
+    spans: Spans,
+    lengths: FloatArray,
+    k: int,
+    x: float,
+    first_due: int,
+    reach_s: float,
+    squares: FloatArray,
+    bends: FloatArray,
+) -> tuple[int, int, float, float, float]:
+    """Return a code, and `last_span`, `known_s`, `square`, `bend` of a half swing from x in k on.
 
-    They end at the next due row (DUE), or at the longest half swing (HOLDS). The code is UNKNOWN
-    if the known spans end before, and MISSES if there are too many. More known spans do not change
-    the result.
+    It reads up to the next due row (DUE), or up to the longest half swing (HOLDS). The code is
+    UNKNOWN if the known spans end before, and MISSES if there are too many. More known spans do
+    not change the result.
     """
-    spans, k, last_span, x = start.spans, start.k, start.k, start.x
-    known_s, square, bend, code = 0.0, 0.0, 0.0, UNKNOWN
+    last_span, known_s, square, bend, code = k, 0.0, 0.0, 0.0, UNKNOWN
     while True:
-        known_s += (spans.end[last_span] - x) * start.pieces.length_s[last_span]
+        known_s += (spans.end[last_span] - x) * lengths[last_span]
         square, bend = max(square, squares[last_span]), max(bend, bends[last_span])
         if known_s >= reach_s:
             code = HOLDS
@@ -377,21 +342,7 @@ def _ahead(
             break
         last_span += 1
         x = spans.begin[last_span]
-    swing = FreeHalfSwing(
-        start.system,
-        k,
-        start.x,
-        last_span,
-        known_s,
-        square,
-        bend,
-        start.powers,
-        spans,
-        start.pieces,
-        start.rates,
-        start.table,
-    )
-    return code, swing
+    return code, last_span, known_s, square, bend
 
 
 @entry
@@ -405,13 +356,15 @@ def advance_freely(
     state: RunningState,
     work: Work,
     rows: NDArray[np.void],
-    rates: Rates,
+    line_rates: FloatArray | None,
     powers: int,
     table: FloatArray,
     free: FreeState,
     free_end: FreeEnd,
 ) -> tuple[int, int, float]:
-    """Advance the state over all spans, as `stepping.advance`, after filling the rates.
+    """Advance the state over all spans, as `stepping.advance`.
+
+    `line_rates` are the coefficients of γ̇ over the pieces.
 
     Returns a code, and span and x at the end of a failed run. With OK the span is the first one
     that the next call needs again.
@@ -420,28 +373,32 @@ def advance_freely(
     longest = LONGEST if isinstance(system, Wheel) else LONGEST_ON_THREAD
     reach_s, written, count = longest * free_end.usual_s, 0, len(spans.begin)
     squares, bends = np.empty(count), np.empty(count)
-    fill_rates(pieces, rates)
     for i in range(count):
-        _, bends[i] = bounds_of(rates.line, i, 1.0 / pieces.length_s[i])
+        _, bends[i] = bounds_of(line_rates, i, 1.0 / pieces.length_s[i])
         squares[i] = system.clear_square(omega, pieces, i, abs(system.impulse))
     k, first_due, unlaid = 0, free.shown, 0
     while k < count:
         x = free.x if free.free else spans.begin[k]
-        start = FreeHalfSwing(system, k, x, k, 0.0, 0.0, 0.0, powers, spans, pieces, rates, table)
+        start = FreeHalfSwing(system, k, x, k, 0.0, 0.0, 0.0, powers, spans, pieces, table)
         if free.free and free.waits == 0:
             time = 0.0
-            code, swing = _ahead(start, first_due, reach_s, squares, bends)
+            code, last_span, known_s, square, bend = _ahead(
+                spans, pieces.length_s, k, x, first_due, reach_s, squares, bends
+            )
+            swing = FreeHalfSwing(
+                system, k, x, last_span, known_s, square, bend, powers, spans, pieces, table
+            )
             if code == UNKNOWN:
                 break
-            unlaid = lay_out_pieces(pieces, rates, powers, max(unlaid, k), swing.last_span, table)
+            unlaid = lay_out_pieces(pieces, powers, max(unlaid, k), last_span, table)
             if code == DUE:
                 code = _to_row(run, swing, free, free_end, rows[written])
                 if code == HOLDS:
                     written += 1
-                    first_due = swing.last_span + 1
+                    first_due = last_span + 1
                     continue
             if code != MISSES:
-                code, time = _to_next(run, swing, free, free_end)
+                code, time = to_next(run, swing, free, free_end)
             if code == HOLDS:
                 j, x = span_at(swing, time)
                 further = sum_exactly(free.x, free.x_rest + time / pieces.length_s[k])
@@ -452,7 +409,7 @@ def advance_freely(
             free.waits, free.missed = WAITS + 1, free.missed + 1
             free.forth = free.back = 0.0
         # the driver of `stepping` continues to the next impulse, or to the end of the span
-        unlaid = lay_out_pieces(pieces, rates, powers, max(unlaid, k), k, table)
+        unlaid = lay_out_pieces(pieces, powers, max(unlaid, k), k, table)
         code, x, _ = over_span(k, run, longest_s, pieces, spans, spans.logged[k], x, True)
         if code == STRUCK:
             at = ship_at(start, k, x)
@@ -520,18 +477,6 @@ def _part(forcing: Forcing, start: int, stop: int | None = None) -> Forcing:
     return replace(forcing, **parts, temperatures=temperatures)
 
 
-def _evened(pieces: ForcingPieces) -> tuple[ForcingPieces, int]:
-    """Return the pieces padded to one number of powers in all channels, and that number."""
-    channels = {name: getattr(pieces, name) for name in ('drive', 'tilt', 'gravity', 'lean')}
-    powers = max((row.shape[1] for row in channels.values() if row is not None), default=0)
-    padded: dict[str, Any] = {
-        name: np.pad(row, ((0, 0), (0, powers - row.shape[1])))
-        for name, row in channels.items()
-        if row is not None and row.shape[1] < powers
-    }
-    return pieces._replace(**padded), powers
-
-
 class FreeEnds(SlackThread):
     """A propagator that steps from event to event.
 
@@ -545,7 +490,7 @@ class FreeEnds(SlackThread):
 
     def _fill_constants(self) -> None:
         """Fill the rows `TO_END` by P_n'(1), P_n''(1) …"""
-        self._table = rows_of_eight(RING * MOST_POWERS)
+        self._table = rows_of_eight(RING * MOST_POWERS).reshape(-1)
         constants, nodes = gauss_constants(WIDE_SIZE), self._work['nodes']
         n, at_end = np.arange(WIDE_SIZE), np.ones(WIDE_SIZE)
         for j, name in enumerate(TO_END, start=1):
@@ -588,10 +533,12 @@ class FreeEnds(SlackThread):
     ) -> tuple[NDArray[np.void], int, int, float]:
         first_due = int(self._free['shown'])
         rows = np.empty(int(np.count_nonzero(forcing.logged[first_due:])), ROW)
-        pieces, powers = _evened(self._outside(forcing))
-        rates = (
-            None if row is None else np.empty_like(row) for row in (pieces.drive, pieces.tilt)
-        )
+        pieces = self._outside(forcing)
+        channels = pieces.drive, pieces.tilt, pieces.gravity, pieces.lean
+        powers = max((row.shape[1] for row in channels if row is not None), default=0)
+        line, line_rates = pieces.drive, None
+        if line is not None:
+            line_rates = line[:, 1:] * (np.arange(1, line.shape[1]) / pieces.length_s[:, None])
         code, k, x = advance_freely(
             *model,
             tolerance,
@@ -601,7 +548,7 @@ class FreeEnds(SlackThread):
             self._state,
             self._work,
             rows,
-            Rates(*rates),
+            line_rates,
             powers,
             self._table,
             self._free,
@@ -651,176 +598,3 @@ class FreeEndCollocation(FreeEnds, Collocation):
         land = _on_land(machine, self._shape, self._omega)
         nodes['land_u'], nodes['land_v'] = land.u, land.v
         self._fill_constants()
-
-
-# -----------------------------------------------------------------------------
-# Event-to-event steps on a kinked cam: to the kink or to the impulse, whichever comes first.
-#
-# A step continues the law of its first side over the kink, and its end gives the times of both
-# events. A half swing is a long step over the turning point and a short one between kink and
-# impulse, which differ by the tilt of the neutral line.
-
-AT_ONCE = 1e-9
-"""Phase between kink and impulse within which both are simultaneous [rad]."""
-
-SHORT, MOST_LATE = 0.3, 0.05
-"""Longest step between kink and impulse, over half a swing on land, and the largest error of a
-predicted length, over the length, without a repetition of the step.
-"""
-
-ONWARD_SWEEPS = 2
-"""Least sweeps of a step between kink and impulse."""
-
-
-@inlined
-def goes_on(state: RunningState) -> bool:
-    """Return whether a kink or an impulse comes before the turning point of θ."""
-    return state.armed or state.side * state.direction < 0
-
-
-@inlined
-def expected_s(run: SteppedRun, swing: FreeHalfSwing, free: FreeState, free_end: FreeEnd) -> float:
-    """Return the time to the next kink or impulse, whichever comes first [s]."""
-    wheel, state, plane = swing.system, run.state, run.state.planes[0]
-    d, q, y = float(state.direction), plane.x, plane.y - free.line_rate / run.omega[0]
-    per_size = 1.0 / math.sqrt(q * q + y * y)
-    if goes_on(state):
-        reach = 0.0
-        if state.armed:
-            k, x = span_at(swing, 0.0)
-            reach = wheel.impulse - d * ship_at(swing, k, x).tilt.value
-        return (arc_sine(reach * per_size) - arc_sine(d * q * per_size)) / run.omega[0]
-    k, x = span_at(swing, free_end.usual_s)
-    then, quicker = ship_at(swing, k, x), 1.0
-    k, x = span_at(swing, 0.5 * free_end.usual_s)
-    middle = ship_at(swing, k, x)
-    # in the middle of the half swing the acceleration of the neutral line shifts the centre
-    shift = d * middle.drive.bend / (run.omega[0] * run.omega[0])
-    since = arc_sine((d * q + shift) * per_size)
-    if wheel.channels.gravity is not None:
-        quicker = longer_by_gravity(swing, free, middle, then)
-    # the time from kink to kink depends on the swing, and the swing of a given Y on gravity
-    larger_by = quicker / (per_size * free_end.swing) - 1.0 - free_end.spent
-    time = 1.0 + larger_by * (free_end.slower + larger_by * free_end.slower_yet)
-    half_s = free_end.usual_s * quicker * time
-    reach = min(0.0, wheel.impulse + d * then.tilt.value)
-    return half_s + (arc_sine((reach - shift) * per_size) - since) / run.omega[0]
-
-
-@inlined
-def _act(
-    run: SteppedRun,
-    swing: FreeHalfSwing,
-    free: FreeState,
-    mode: Mode,
-    struck: bool,
-    goal: Plane,
-    at: Inputs,
-    now: WheelInstant,
-    since: float,
-) -> None:
-    """Apply an impulse or the kink to the state `goal`, a short time after an instant."""
-    state, plane, turns = run.state, run.state.planes[0], not goes_on(run.state)
-    added = 0.0
-    if struck:
-        added = given_by_impulse(swing.system, mode, goal, run.omega, now, at, since, state.given)
-    plane.x, plane.x_rest, plane.y_rest = goal.x, 0.0, 0.0
-    plane.y = goal.y + added
-    free.line_rate, free.gravity = at.drive.rate + since * at.drive.bend, at.gravity
-    if turns:
-        state.direction = -state.direction
-    if struck:
-        state.armed, state.pallet = False, state.direction
-        state.given += 1
-    else:
-        state.armed, state.side = turns, -state.side
-
-
-@inlined
-def _to_event(
-    run: SteppedRun, swing: FreeHalfSwing, free: FreeState, free_end: FreeEnd
-) -> tuple[int, float]:
-    """Step to the next kink or impulse and apply it (HOLDS), or keep the state (MISSES).
-
-    Returns the code and the length of the step [s].
-    """
-    wheel, omega, state, work = swing.system, run.omega, run.state, run.work
-    plane, onward = state.planes[0], goes_on(state)
-    way = float(state.direction) if onward else -float(state.direction)
-    mode = Mode(float(state.side), way, float(state.pallet))
-    h = expected_s(run, swing, free, free_end)
-    if onward and omega[0] * abs(h) < AT_ONCE:
-        k, x = span_at(swing, 0.0)
-        at = ship_at(swing, k, x)
-        now = moving(wheel, mode, omega, Plane(plane.x, plane.y), at)
-        _act(run, swing, free, mode, state.armed, Plane(plane.x, plane.y), at, now, 0.0)
-        return HOLDS, 0.0
-    usual_s, least_sweeps, settled, struck = (
-        free_end.usual_s,
-        free_end.sweeps,
-        free_end.settled,
-        state.armed,
-    )
-    shortest, longest = SHORTEST * usual_s, LONGEST * usual_s
-    if onward:
-        shortest, longest, least_sweeps = 0.0, SHORT * usual_s, ONWARD_SWEEPS
-    for n in range(MOST_LENGTHS):
-        if not shortest < h < longest:
-            break
-        fill_from_spans(swing, h, work)
-        k, x = span_at(swing, h)
-        at = ship_at(swing, k, x)
-        step = Step(wheel, mode, omega, h, PART_STEP, state.planes, work)
-        fill_rotations(step)
-        if n == 0:
-            start_stages(step)
-            if not onward:
-                store(work.u, 0, fma(row_of(work.nodes.land_u), plane.y, plane.x))
-                store(work.v, 0, fma(row_of(work.nodes.land_v), plane.y, plane.y))
-        if not settle(step, least_sweeps, settled * abs(plane.y), n > 0):
-            break
-        end = end_of(run, h)
-        now = moving(wheel, mode, omega, end.plane, at)
-        if not (way * now.rate > 0.0 and way * now.speed > 0.0):
-            break
-        late, impulse = late_for_kink(way, now, omega), late_for_impulse(wheel, way, now, omega)
-        if not onward:
-            struck = impulse < late
-        if struck:
-            late = impulse
-        if omega[0] * abs(late) > free_end.near_phase or abs(late) > MOST_LATE * h:
-            h += late
-            continue
-        if not holds(run, swing, mode, free_end.error, h):
-            break
-        signs = signs_at_nodes(wheel.coordinates(work), plane.x < 0.0, NOWHERE, work)
-        late, since, at, now, goal = event_after(
-            run, swing, mode, h, late, end, at, now, free_end, struck
-        )
-        _act(run, swing, free, mode, struck, goal, at, now, since)
-        count_step(True, signs, run, 0, 0.0)
-        return HOLDS, h + late
-    return MISSES, 0.0
-
-
-@inlined
-def to_next(
-    run: SteppedRun, swing: FreeHalfSwing, free: FreeState, free_end: FreeEnd
-) -> tuple[int, float]:
-    """Step to the next event, as `to_impulse`."""
-    if swing.system.kinked:
-        return _to_event(run, swing, free, free_end)
-    return to_impulse(run, swing, free, free_end)
-
-
-@inlined
-def is_past(wheel: Wheel, state: RunningState, now: Instant | WheelInstant) -> bool:
-    """Return whether the next event of a state precedes an instant."""
-    d = float(state.direction)
-    if wheel.kinked:
-        onward = goes_on(state)
-        way = d if onward else -d
-        struck = (state.armed or not onward) and not way * now.angle < wheel.impulse
-        crossed = not state.armed and not state.side * now.coordinate > 0.0
-        return (onward or way * now.rate > 0.0) and (struck or crossed)
-    return d * now.rate < 0.0 and not -d * now.angle < wheel.impulse

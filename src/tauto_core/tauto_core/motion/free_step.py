@@ -19,18 +19,16 @@ from tauto_core.motion.gauss_step import (
     Work,
     evaluate,
     fill_rotations,
+    move_stages,
     rotation,
     start_stages,
 )
 from tauto_core.motion.lanes import (
-    WIDE_SIZE,
+    SIZE,
     Lanes,
     filled,
     fma,
-    folded_both,
     lane,
-    larger,
-    largest,
     row_of,
     splat,
     store,
@@ -39,26 +37,24 @@ from tauto_core.motion.lanes import (
 from tauto_core.motion.stepping import Spans, count_step, signs_at_nodes, step_error
 from tauto_core.motion.system import (
     APPARENT_GRAVITY,
-    DRIVE,
-    DRIVE_BEND,
     DRIVE_RATE,
     HEAT_POWERS,
     LEAN,
     NOWHERE,
-    TILT,
-    TILT_BEND,
     TILT_RATE,
     ForcingPieces,
     HeatPieces,
     Inputs,
     Instant,
     Plane,
+    RunningState,
     SteppedRun,
     hot_of,
     keep,
     outside_of,
     planes_of,
     powers_at,
+    set_channels,
 )
 from tauto_core.motion.wells import (
     given_energy,
@@ -146,38 +142,6 @@ class FreeState(Protocol):
     free: bool
 
 
-class Rates(NamedTuple):
-    """Coefficients of x^j of γ̇ and τ̇ over the pieces [rad/s], or `None` for an absent channel.
-
-    Rates and channels have the same number of powers.
-    """
-
-    line: FloatArray | None
-    tilt: FloatArray | None
-
-
-@inlined
-def fill_rates(pieces: ForcingPieces, rates: Rates) -> None:
-    """Fill the coefficients of both rates."""
-    _fill_rate(pieces.drive, pieces, rates.line)
-    _fill_rate(pieces.tilt, pieces, rates.tilt)
-
-
-@inlined
-def _fill_rate(
-    channel: FloatArray | None, pieces: ForcingPieces, rates: FloatArray | None
-) -> None:
-    """Fill the coefficients of the time derivative of a channel."""
-    if channel is None or rates is None:
-        return
-    powers = channel.shape[1]
-    for i in range(channel.shape[0]):
-        per_s = 1.0 / pieces.length_s[i]
-        for j in range(1, powers):
-            rates[i, j - 1] = channel[i, j] * (j * per_s)
-        rates[i, powers - 1] = 0.0
-
-
 MOST_SPANS = 12
 """Most spans of forcing in a half swing. With more, the driver's steps are as cheap."""
 
@@ -187,7 +151,7 @@ RING = 16
 
 @inlined
 def lay_out_pieces(
-    pieces: ForcingPieces, rates: Rates, powers: int, begin: int, end: int, table: FloatArray
+    pieces: ForcingPieces, powers: int, begin: int, end: int, table: FloatArray
 ) -> int:
     """Copy pieces `begin` to `end` into the table of `ship_at`; return the next piece.
 
@@ -195,21 +159,7 @@ def lay_out_pieces(
     Columns of absent channels stay zero.
     """
     for k in range(begin, end + 1):
-        row, per_s = k % RING * powers, 1.0 / pieces.length_s[k]
-        line = tilt = 0.0
-        for j in range(powers - 1, -1, -1):
-            if pieces.drive is not None and rates.line is not None:
-                table[row + j, DRIVE_BEND] = (j + 1.0) * per_s * line
-                line = rates.line[k, j]
-                table[row + j, DRIVE], table[row + j, DRIVE_RATE] = (pieces.drive[k, j], line)
-            if pieces.tilt is not None and rates.tilt is not None:
-                table[row + j, TILT_BEND] = (j + 1.0) * per_s * tilt
-                tilt = rates.tilt[k, j]
-                table[row + j, TILT], table[row + j, TILT_RATE] = pieces.tilt[k, j], tilt
-            if pieces.gravity is not None:
-                table[row + j, APPARENT_GRAVITY] = pieces.gravity[k, j]
-            if pieces.lean is not None:
-                table[row + j, LEAN] = pieces.lean[k, j]
+        set_channels(pieces, k, True, powers, table, k % RING * powers)
     return max(begin, end + 1)
 
 
@@ -224,7 +174,7 @@ class FreeHalfSwing(NamedTuple):
         square: x² + y² above which the swing is clear of tilt and impulse.
         bend: bound of |γ̈| [rad/s2].
         powers: number of powers of every channel.
-        spans, pieces, rates: the whole forcing.
+        spans, pieces: the whole forcing.
         table: the pieces to read (`lay_out_pieces`).
     """
 
@@ -238,8 +188,12 @@ class FreeHalfSwing(NamedTuple):
     powers: int
     spans: Spans
     pieces: ForcingPieces
-    rates: Rates
     table: FloatArray
+
+    @inlined
+    def coefficient(self, column: int, k: int, j: int) -> float:
+        """Return the coefficient of x^j in a column of piece k."""
+        return self.table[(k % RING * self.powers + j) * SIZE + column]
 
 
 @inlined
@@ -315,18 +269,18 @@ def _keep_wheel(
     swing: FreeHalfSwing, k: int, at: Lanes, times: Lanes, initial: bool, work: Work
 ) -> None:
     """Keep the channels of a wheel at the nodes in span k and after it."""
-    pieces, rates, nodes, wheel = swing.pieces, swing.rates, work.nodes, swing.system
+    nodes, wheel = work.nodes, swing.system
     channels = wheel.channels
     line = tilt = gravity = lean = filled(work.fractions, 0.0)
     for j in range(swing.powers - 1, -1, -1):
-        if rates.line is not None:
-            line = fma(line, at, rates.line[k, j])
-        if rates.tilt is not None and wheel.feels_drag:
-            tilt = fma(tilt, at, rates.tilt[k, j])
-        if pieces.gravity is not None:
-            gravity = fma(gravity, at, pieces.gravity[k, j])
-        if pieces.lean is not None:
-            lean = fma(lean, at, pieces.lean[k, j])
+        if channels.line is not None:
+            line = fma(line, at, swing.coefficient(DRIVE_RATE, k, j))
+        if channels.tilt is not None and wheel.feels_drag:
+            tilt = fma(tilt, at, swing.coefficient(TILT_RATE, k, j))
+        if channels.gravity is not None:
+            gravity = fma(gravity, at, swing.coefficient(APPARENT_GRAVITY, k, j))
+        if channels.lean is not None:
+            lean = fma(lean, at, swing.coefficient(LEAN, k, j))
     if channels.line is not None:
         keep(nodes.line_rate, times, initial, line)
     if channels.tilt is not None and wheel.feels_drag:
@@ -455,9 +409,11 @@ def moving(wheel: Wheel, mode: Mode, omega: Omega, plane: Plane, at: Inputs) -> 
 
 
 @inlined
-def late_for_impulse(wheel: Wheel, way: float, now: WheelInstant, omega: Omega) -> float:
-    """Return the short time to the impulse [s]."""
-    return time_until(wheel.impulse - way * now.angle, way, now.rate, now.bend, omega)
+def _late(wheel: Wheel, way: float, now: WheelInstant, omega: Omega, struck: bool) -> float:
+    """Return the short time to the impulse, or to the kink of the cam [s]."""
+    if struck:
+        return time_until(wheel.impulse - way * now.angle, way, now.rate, now.bend, omega)
+    return time_until(-way * now.coordinate, way, now.speed, now.acceleration, omega)
 
 
 @inlined
@@ -505,37 +461,31 @@ def given_by_impulse(
 @inlined
 def _fill_rotations(omega: Omega, h: float, work: Work) -> None:
     """Fill the rotations to the nodes: by πξ from a table, and by (ωh − π)ξ in a short series."""
-    nodes = work.nodes
-    angle = row_of(work.fractions) * (omega[0] * h - math.pi)
-    square = angle * angle
-    sine, versine = filled(angle, SINE[6]), filled(angle, COSINE[6])
-    for j in range(5, -1, -1):
-        sine, versine = fma(sine, square, SINE[j]), fma(versine, square, COSINE[j])
-    sine, versine = sine * angle, versine * square
+    nodes, rotation_at_end, excess = work.nodes, work.rotations[PART_STEP], omega[0] * h - math.pi
+    sine, versine = _small_rotation(row_of(work.fractions) * excess)
     cosine_0, sine_0 = row_of(nodes.half_cosine), row_of(nodes.half_sine)
     store(work.cosine, PART_STEP, cosine_0 - fma(sine_0, sine, cosine_0 * versine))
     store(work.sine, PART_STEP, sine_0 + fma(cosine_0, sine, -(sine_0 * versine)))
+    rotation_at_end.cos, rotation_at_end.sin = _half_turn(omega[0] * h)
     # mark the rows as unusable for `gauss_step.fill_rotations`
-    work.rotations[PART_STEP].h = math.nan
+    rotation_at_end.h = math.nan
 
 
 @inlined
-def _turn(run: SteppedRun, time: float) -> tuple[float, float]:
-    """Return cos and sin of the rotation over a time. Without a kink it is nearly half a turn."""
-    if run.system.kinked:
-        return rotation(run.omega[0] * time)
-    return _half_turn(run.omega[0] * time)
+def _small_rotation(angle: Any) -> Any:
+    """Return sin and 1 − cos of small lanes or a small float."""
+    square = angle * angle
+    sine, versine = fma(square, SINE[6], SINE[5]), fma(square, COSINE[6], COSINE[5])
+    for j in range(4, -1, -1):
+        sine, versine = fma(sine, square, SINE[j]), fma(versine, square, COSINE[j])
+    return sine * angle, versine * square
 
 
 @inlined
 def _half_turn(angle: float) -> tuple[float, float]:
     """Return cos and sin of an angle near π."""
-    small = angle - math.pi
-    square = small * small
-    sine, versine = SINE[6], COSINE[6]
-    for j in range(5, -1, -1):
-        sine, versine = fma(sine, square, SINE[j]), fma(versine, square, COSINE[j])
-    return versine * square - 1.0, -(sine * small)
+    sine, versine = _small_rotation(angle - math.pi)
+    return versine - 1.0, -sine
 
 
 class StepEnd(NamedTuple):
@@ -555,17 +505,21 @@ class StepEnd(NamedTuple):
 
 
 @inlined
-def end_of(run: SteppedRun, h: float) -> StepEnd:
-    """Return the end of the step last collocated."""
-    work, start, weights = run.work, run.state.planes[0], row_of(run.work.quadrature)
-    cosine, sine = _turn(run, h)
-    u = start.x + h * total(weights * row_of(work.k1))
-    v = start.y + h * total(weights * row_of(work.k2))
-    return StepEnd(u, v, cosine, sine)
+def _ends(run: SteppedRun, h: float) -> tuple[StepEnd, ...]:
+    """Return the end of the step last collocated for each plane."""
+    work, omega = run.work, run.omega
+    weights = row_of(work.quadrature)
+    ends: tuple[StepEnd, ...] = ()
+    for p in range(len(omega)):
+        start, turn = run.state.planes[p], work.rotations[PART_STEP * len(omega) + p]
+        u = start.x + h * total(weights * row_of(work.k1, p))
+        v = start.y + h * total(weights * row_of(work.k2, p))
+        ends = (*ends, StepEnd(u, v, turn.cos, turn.sin))
+    return ends
 
 
 @inlined
-def end_later(run: SteppedRun, h: float, late: float, end: StepEnd, drift: Plane) -> Plane:
+def _end_later(run: SteppedRun, h: float, late: float, end: StepEnd, drift: Plane) -> Plane:
     """Return the state a short time `late` [s] after the end of a step.
 
     The slopes follow from the state at the end, and their derivatives from the step's polynomial.
@@ -578,73 +532,32 @@ def end_later(run: SteppedRun, h: float, late: float, end: StepEnd, drift: Plane
     weights = fma(weights, eta, row_of(nodes.first)) * (eta * eta * h)
     u = end.u + (late * k1 + total(weights * row_of(work.k1)))
     v = end.v + (late * k2 + total(weights * row_of(work.k2)))
-    cosine, sine = _turn(run, h + late)
+    if run.system.kinked:
+        cosine, sine = rotation(w * (h + late))
+    else:
+        cosine, sine = _half_turn(w * (h + late))
     return StepEnd(u, v, cosine, sine).plane
-
-
-@inlined
-def late_for_kink(way: float, now: WheelInstant, omega: Omega) -> float:
-    """Return the short time to the kink of a cam [s]."""
-    return time_until(-way * now.coordinate, way, now.speed, now.acceleration, omega)
-
-
-@inlined
-def event_after(
-    run: SteppedRun,
-    swing: FreeHalfSwing,
-    mode: Mode,
-    h: float,
-    late: float,
-    end: StepEnd,
-    at: Inputs,
-    now: WheelInstant,
-    free_end: FreeEnd,
-    struck: bool = True,
-) -> tuple[float, float, Inputs, WheelInstant, Plane]:
-    """Return the place and the state of an impulse or the kink shortly after the end of a step.
-
-    Args:
-        h: length of the step [s].
-        late: estimated time from its end to the event [s].
-        end, at, now: state, forcing and motion at the end of the step.
-        struck: whether the event is an impulse.
-
-    Returns:
-        The time from the end of the step to the event, the time to it from the last evaluated
-        instant, forcing and motion at that instant, and the state at the event.
-    """
-    wheel, omega = swing.system, run.omega
-    drift, since = now.drift, late
-    if omega[0] * abs(late) > free_end.close:
-        # evaluate once more at the expected event
-        goal = end_later(run, h, late, end, drift)
-        k, x = span_at(swing, h + late)
-        at = ship_at(swing, k, x)
-        now = moving(wheel, mode, omega, goal, at)
-        way = mode.direction
-        since = (
-            late_for_impulse(wheel, way, now, omega) if struck else late_for_kink(way, now, omega)
-        )
-        late += since
-    return late, since, at, now, end_later(run, h, late, end, drift)
 
 
 @inlined
 def holds(run: SteppedRun, swing: FreeHalfSwing, mode: Mode, error: float, h: float) -> bool:
     """Return whether a step is exact enough, within range, and clear of tilt and impulse."""
-    wheel, omega, work = swing.system, run.omega, run.work
-    tail, start = row_of(work.tail), run.state.planes[0]
-    last_term = max(abs(total(tail * row_of(work.k1))), abs(total(tail * row_of(work.k2)))) * h
-    size = math.sqrt(start.x * start.x + start.y * start.y)
-    if not step_error(run.tolerance.factor, last_term / size, False) <= error:
+    system, omega, work = swing.system, run.omega, run.work
+    tail, last_term, size = row_of(work.tail), 0.0, 0.0
+    for p in range(len(omega)):
+        start = run.state.planes[p]
+        last_term = max(last_term, abs(total(tail * row_of(work.k1, p))))
+        last_term = max(last_term, abs(total(tail * row_of(work.k2, p))))
+        size = max(size, start.x * start.x + start.y * start.y)
+    if not step_error(run.tolerance.factor, last_term * h / math.sqrt(size), False) <= error:
         return False
-    if not wheel.clear(swing.square, omega, work):
+    if not system.clear(swing.square, omega, work):
         return False
-    if wheel.has_weight:
+    if isinstance(system, Wheel) and system.has_weight:
         # rough bounds only, since the row of γ̈ is a bound
-        return surely_within(wheel_at_nodes(wheel, work), mode, omega, work)
-    exits = wheel.exits(mode, omega, work)
-    return exits.is_within and exits.edge > 1.0 and exits.slack > 1.0
+        return surely_within(wheel_at_nodes(system, work), mode, omega, work)
+    exits = system.exits(mode, omega, work)
+    return exits.is_within and exits.edge > 1.0 and exits.slack > 1.0 and not exits.is_near
 
 
 @inlined
@@ -654,73 +567,178 @@ def settle(step: Step, sweeps: int, floor: float, has_stages: bool) -> bool:
     As `gauss_step.sweep`, but changes are compared only from sweep `sweeps` on. If it `has_stages`
     of a step of about this length, the first sweep uses their slopes.
     """
-    work = step.work
     old_change = change = math.inf
     for n in range(sweeps + MORE_SWEEPS):
         if n > 0 or not has_stages:
             evaluate(step)
         if n >= sweeps and (change <= floor or change * change <= floor * (old_change - change)):
             return True
-        changes = filled(work.u, 0.0)
-        for p in range(len(step.omega)):
-            start, room = step.planes[p], WIDE_SIZE // 2 + 1 + 2 * p
-            slopes = row_of(work.k1, p), row_of(work.k2, p)
-            u, v = folded_both(work.folded, 0, room, slopes[0], slopes[1])
-            u, v = fma(u, step.h, start.x), fma(v, step.h, start.y)
-            changes = larger(changes, larger(u - row_of(work.u, p), v - row_of(work.v, p)))
-            store(work.u, p, u)
-            store(work.v, p, v)
+        moved = move_stages(step)
         if n >= sweeps - 2:
-            old_change = change
-            change = largest(changes)
+            old_change, change = change, moved
     return False
 
 
+AT_ONCE = 1e-9
+"""Phase between kink and impulse within which both are simultaneous [rad]."""
+
+SHORT, MOST_LATE = 0.3, 0.05
+"""Longest step between kink and impulse, over half a swing on land, and the largest error of a
+predicted length, over the length, without a repetition of the step.
+"""
+
+ONWARD_SWEEPS = 2
+"""Least sweeps of a step between kink and impulse."""
+
+
 @inlined
-def to_impulse(
+def _goes_on(wheel: Wheel, state: RunningState) -> bool:
+    """Return whether a kink or an impulse comes before the turning point of θ."""
+    return wheel.kinked and (state.armed or state.side * state.direction < 0)
+
+
+@inlined
+def _expected_on_wheel_s(
+    run: SteppedRun, swing: FreeHalfSwing, free: FreeState, free_end: FreeEnd
+) -> float:
+    """Return the time to the next kink or impulse, whichever comes first [s]."""
+    if not swing.system.kinked:
+        return _predicted(run, swing, free, free_end.usual_s)
+    wheel, state, plane = swing.system, run.state, run.state.planes[0]
+    d, q, y = float(state.direction), plane.x, plane.y - free.line_rate / run.omega[0]
+    per_size = 1.0 / math.sqrt(q * q + y * y)
+    if _goes_on(wheel, state):
+        reach = 0.0
+        if state.armed:
+            k, x = span_at(swing, 0.0)
+            reach = wheel.impulse - d * ship_at(swing, k, x).tilt.value
+        return (arc_sine(reach * per_size) - arc_sine(d * q * per_size)) / run.omega[0]
+    k, x = span_at(swing, free_end.usual_s)
+    then, quicker = ship_at(swing, k, x), 1.0
+    k, x = span_at(swing, 0.5 * free_end.usual_s)
+    middle = ship_at(swing, k, x)
+    # in the middle of the half swing the acceleration of the neutral line shifts the centre
+    shift = d * middle.drive.bend / (run.omega[0] * run.omega[0])
+    since = arc_sine((d * q + shift) * per_size)
+    if wheel.channels.gravity is not None:
+        quicker = longer_by_gravity(swing, free, middle, then)
+    # the time from kink to kink depends on the swing, and the swing of a given Y on gravity
+    larger_by = quicker / (per_size * free_end.swing) - 1.0 - free_end.spent
+    time = 1.0 + larger_by * (free_end.slower + larger_by * free_end.slower_yet)
+    half_s = free_end.usual_s * quicker * time
+    reach = min(0.0, wheel.impulse + d * then.tilt.value)
+    return half_s + (arc_sine((reach - shift) * per_size) - since) / run.omega[0]
+
+
+@inlined
+def _act(
+    run: SteppedRun,
+    swing: FreeHalfSwing,
+    free: FreeState,
+    mode: Mode,
+    struck: bool,
+    goal: Plane,
+    at: Inputs,
+    now: WheelInstant,
+    since: float,
+) -> None:
+    """Apply an impulse or the kink to the state `goal`, a short time after an instant."""
+    state, plane, turns = run.state, run.state.planes[0], not _goes_on(swing.system, run.state)
+    added = 0.0
+    if struck:
+        added = given_by_impulse(swing.system, mode, goal, run.omega, now, at, since, state.given)
+    plane.x, plane.x_rest, plane.y_rest = goal.x, 0.0, 0.0
+    plane.y = goal.y + added
+    free.line_rate, free.gravity = at.drive.rate + since * at.drive.bend, at.gravity
+    if turns:
+        state.direction = -state.direction
+    if struck:
+        state.armed, state.pallet = False, state.direction
+        state.given += 1
+    else:
+        state.armed, state.side = turns, -state.side
+
+
+@inlined
+def _prepare(step: Step, wheel: Wheel, has_stages: bool, onward: bool) -> None:
+    """Fill the rotations and the first stages: on land over a half swing, else the state."""
+    work, plane = step.work, step.planes[0]
+    if wheel.kinked:
+        fill_rotations(step)
+    else:
+        _fill_rotations(step.omega, step.h, work)
+    if onward and not has_stages:
+        start_stages(step)
+    elif not has_stages:
+        store(work.u, 0, fma(row_of(work.nodes.land_u), plane.y, plane.x))
+        store(work.v, 0, fma(row_of(work.nodes.land_v), plane.y, plane.y))
+
+
+@inlined
+def _to_event(
     run: SteppedRun, swing: FreeHalfSwing, free: FreeState, free_end: FreeEnd
 ) -> tuple[int, float]:
-    """Step to the next impulse and apply it (HOLDS), or leave the state unchanged (MISSES).
+    """Step a wheel to the next event, as `to_next`.
 
-    Returns the code and the length of the step [s].
+    On a kinked cam a step continues the law of its first side over the kink, and its end gives the
+    times of kink and impulse. A half swing is a long step over the turning point and a short one
+    between both events, which differ by the tilt of the neutral line.
     """
     wheel, omega, state, work = swing.system, run.omega, run.state, run.work
-    way, plane, usual_s = -float(state.direction), state.planes[0], free_end.usual_s
+    plane, usual_s, onward = state.planes[0], free_end.usual_s, _goes_on(wheel, state)
+    way = float(state.direction) if onward else -float(state.direction)
     mode = Mode(float(state.side), way, float(state.pallet))
-    h = _predicted(run, swing, free, usual_s)
+    h = _expected_on_wheel_s(run, swing, free, free_end)
+    struck = state.armed or not wheel.kinked
+    shortest, longest, least_sweeps = SHORTEST * usual_s, LONGEST * usual_s, free_end.sweeps
+    if onward:
+        shortest, longest, least_sweeps = 0.0, SHORT * usual_s, ONWARD_SWEEPS
+        if omega[0] * abs(h) < AT_ONCE:
+            k, x = span_at(swing, 0.0)
+            at, goal = ship_at(swing, k, x), Plane(plane.x, plane.y)
+            _act(
+                run, swing, free, mode, struck, goal, at, moving(wheel, mode, omega, goal, at), 0.0
+            )
+            return HOLDS, 0.0
     for n in range(MOST_LENGTHS):
-        if not SHORTEST * usual_s < h < LONGEST * usual_s:
-            return MISSES, 0.0
+        if not shortest < h < longest:
+            break
         fill_from_spans(swing, h, work)
-        _fill_rotations(omega, h, work)
         # before the sweeps, in parallel with which it is computed
         k, x = span_at(swing, h)
         at = ship_at(swing, k, x)
-        if n == 0:
-            store(work.u, 0, fma(row_of(work.nodes.land_u), plane.y, plane.x))
-            store(work.v, 0, fma(row_of(work.nodes.land_v), plane.y, plane.y))
         step = Step(wheel, mode, omega, h, PART_STEP, state.planes, work)
-        if not settle(step, free_end.sweeps, free_end.settled * abs(plane.y), n > 0):
-            return MISSES, 0.0
-        end = end_of(run, h)
+        _prepare(step, wheel, n > 0, onward)
+        if not settle(step, least_sweeps, free_end.settled * abs(plane.y), n > 0):
+            break
+        end = _ends(run, h)[0]
         now = moving(wheel, mode, omega, end.plane, at)
-        if not way * now.rate > 0.0:
-            return MISSES, 0.0
-        late = late_for_impulse(wheel, way, now, omega)
-        if omega[0] * abs(late) > free_end.near_phase:
+        if not (way * now.rate > 0.0 and (not wheel.kinked or way * now.speed > 0.0)):
+            break
+        late = _late(wheel, way, now, omega, True)
+        if wheel.kinked:
+            kink = _late(wheel, way, now, omega, False)
+            if not onward:
+                struck = late < kink
+            late = late if struck else kink
+        if omega[0] * abs(late) > free_end.near_phase or (
+            wheel.kinked and abs(late) > MOST_LATE * h
+        ):
             h += late
             continue
         if not holds(run, swing, mode, free_end.error, h):
-            return MISSES, 0.0
+            break
         signs = signs_at_nodes(wheel.coordinates(work), plane.x < 0.0, NOWHERE, work)
-        late, since, at, now, goal = event_after(run, swing, mode, h, late, end, at, now, free_end)
-        added = given_by_impulse(wheel, mode, goal, omega, now, at, since, state.given)
-        plane.x, plane.x_rest, plane.y_rest = goal.x, 0.0, 0.0
-        plane.y = goal.y + added
-        free.line_rate, free.gravity = at.drive.rate + since * at.drive.bend, at.gravity
-        state.direction = -state.direction
-        state.armed, state.pallet = False, state.direction
-        state.given += 1
+        goal, since = _end_later(run, h, late, end, now.drift), late
+        if omega[0] * abs(late) > free_end.close:
+            # evaluate once more at the expected event
+            k, x = span_at(swing, h + late)
+            at, drift = ship_at(swing, k, x), now.drift
+            now = moving(wheel, mode, omega, goal, at)
+            since = _late(wheel, way, now, omega, struck)
+            late += since
+            goal = _end_later(run, h, late, end, drift)
+        _act(run, swing, free, mode, struck, goal, at, now, since)
         count_step(True, signs, run, 0, 0.0)
         return HOLDS, h + late
     return MISSES, 0.0
@@ -770,20 +788,6 @@ def lasting(run: SteppedRun, free: FreeState) -> float:
     """Return the duration of the last half swing in this direction over its prediction."""
     factor = free.forth if run.state.direction > 0 else free.back
     return factor if factor > 0.0 else 1.0
-
-
-@inlined
-def _ends(run: SteppedRun, h: float) -> tuple[StepEnd, ...]:
-    """Return the end of the step last collocated for each plane."""
-    work, omega = run.work, run.omega
-    weights = row_of(work.quadrature)
-    ends: tuple[StepEnd, ...] = ()
-    for p in range(len(omega)):
-        start, turn = run.state.planes[p], work.rotations[PART_STEP * len(omega) + p]
-        u = start.x + h * total(weights * row_of(work.k1, p))
-        v = start.y + h * total(weights * row_of(work.k2, p))
-        ends = (*ends, StepEnd(u, v, turn.cos, turn.sin))
-    return ends
 
 
 @inlined
@@ -837,33 +841,10 @@ def _moved_on(now: Instant, late: float, pace: float) -> Instant:
 
 
 @inlined
-def holds_on_thread(
-    run: SteppedRun, swing: FreeHalfSwing, mode: Mode, error: float, h: float
-) -> bool:
-    """Return whether a step is exact enough, within range, and clear of tilt and impulse."""
-    system, omega, work = swing.system, run.omega, run.work
-    tail, last_term, size = row_of(work.tail), 0.0, 0.0
-    for p in range(len(omega)):
-        start = run.state.planes[p]
-        last_term = max(last_term, abs(total(tail * row_of(work.k1, p))))
-        last_term = max(last_term, abs(total(tail * row_of(work.k2, p))))
-        size = max(size, start.x * start.x + start.y * start.y)
-    if not step_error(run.tolerance.factor, last_term * h / math.sqrt(size), False) <= error:
-        return False
-    if not system.clear(swing.square, omega, work):
-        return False
-    exits = system.exits(mode, omega, work)
-    return exits.is_within and exits.edge > 1.0 and exits.slack > 1.0 and not exits.is_near
-
-
-@inlined
-def to_impulse_on_thread(
+def _to_impulse_on_thread(
     run: SteppedRun, swing: FreeHalfSwing, free: FreeState, free_end: FreeEnd
 ) -> tuple[int, float]:
-    """Step to the next impulse and apply it (HOLDS), or leave the state unchanged (MISSES).
-
-    Returns the code and the length of the step [s].
-    """
+    """Step a lever or a swinging thread to the next impulse, as `to_next`."""
     system, omega, state, work = swing.system, run.omega, run.state, run.work
     way, usual_s, pace = -float(state.direction), free_end.usual_s, system.pace
     mode = Mode(float(state.side), way, float(state.pallet))
@@ -894,7 +875,7 @@ def to_impulse_on_thread(
         if n == 0 or pace * abs(late) > free_end.near_phase:
             h += late
             continue
-        if not holds_on_thread(run, swing, mode, free_end.error, h):
+        if not holds(run, swing, mode, free_end.error, h):
             return MISSES, 0.0
         below = system.coordinate(planes_of(omega, state.planes)) < 0.0
         signs = signs_at_nodes(system.coordinates(work), below, NOWHERE, work)
@@ -913,3 +894,38 @@ def to_impulse_on_thread(
             free.back = (h + late) / expected
         return HOLDS, h + late
     return MISSES, 0.0
+
+
+# -----------------------------------------------------------------------------
+# The step of any system.
+
+
+@inlined
+def to_next(
+    run: SteppedRun, swing: FreeHalfSwing, free: FreeState, free_end: FreeEnd
+) -> tuple[int, float]:
+    """Step to the next event and apply it (HOLDS), or leave the state unchanged (MISSES).
+
+    Returns the code and the length of the step [s].
+    """
+    if isinstance(swing.system, Wheel):
+        return _to_event(run, swing, free, free_end)
+    return _to_impulse_on_thread(run, swing, free, free_end)
+
+
+@inlined
+def expected_s(run: SteppedRun, swing: FreeHalfSwing, free: FreeState, free_end: FreeEnd) -> float:
+    """Return the expected time to the next event [s]."""
+    if isinstance(swing.system, Wheel):
+        return _expected_on_wheel_s(run, swing, free, free_end)
+    return time_to_impulse(run, swing, free_end.usual_s) * lasting(run, free)
+
+
+@inlined
+def is_past(wheel: Wheel, state: RunningState, now: Instant | WheelInstant) -> bool:
+    """Return whether the next event of a state precedes an instant."""
+    onward = _goes_on(wheel, state)
+    way = float(state.direction) if onward else -float(state.direction)
+    struck = (state.armed or not onward) and not way * now.angle < wheel.impulse
+    crossed = wheel.kinked and not state.armed and not state.side * now.coordinate > 0.0
+    return (onward or way * now.rate > 0.0) and (struck or crossed)

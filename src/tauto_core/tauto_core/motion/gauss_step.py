@@ -218,10 +218,7 @@ def make_work(
             ('right', 'f8', (unknowns,)),
         ]
     )
-    size = kind.itemsize // 8
-    raw = np.zeros(size + stages)
-    offset = -(raw.ctypes.data // raw.itemsize) % stages
-    work = raw[offset : offset + size].view(kind).reshape(())
+    work = _aligned(kind.itemsize // 8, stages).view(kind).reshape(())
     constants = gauss_constants(stages)
     work['coefficients'], work['expansion'] = constants.columns, constants.integral.T
     work['folded'][: stages // 2 + 1] = constants.folded
@@ -233,9 +230,14 @@ def make_work(
 
 def rows_of_eight(count: int) -> FloatArray:
     """Return rows of eight zeros, aligned to cache lines, (count, 8)."""
-    raw = np.zeros(SIZE * (count + 1))
-    offset = -(raw.ctypes.data // raw.itemsize) % SIZE
-    return raw[offset : offset + SIZE * count].reshape(count, SIZE)
+    return _aligned(SIZE * count, SIZE).reshape(count, SIZE)
+
+
+def _aligned(count: int, unit: int) -> FloatArray:
+    """Return zeros at an address that is a multiple of so many doubles."""
+    raw = np.zeros(count + unit)
+    offset = -(raw.ctypes.data // raw.itemsize) % unit
+    return raw[offset : offset + count]
 
 
 # -----------------------------------------------------------------------------
@@ -472,7 +474,7 @@ def evaluate(step: Step) -> None:
 
 
 @inlined
-def _move_stages(step: Step) -> float:
+def move_stages(step: Step) -> float:
     """Compute the stages from their slopes and return the largest change of a stage."""
     _, _, omega, h, _, planes, work = step
     change = filled(work.u, 0.0)
@@ -527,7 +529,7 @@ def sweep(step: Step, settled: float, most_sweeps: int) -> tuple[bool, float]:
         evaluate(step)
         if ends or n == most_sweeps:
             break
-        change = _move_stages(step)
+        change = move_stages(step)
         if n == 0:
             size = largest_stage(step.omega, step.work)
             floor = settled * size

@@ -356,19 +356,17 @@ class SullyLever(_LeverNumbers, ThreadSystem):
 
         Until `complete_case` the gravity rows hold g_eff and τ.
         """
-        pieces, rates, nodes = swing.pieces, swing.rates, work.nodes
-        if pieces.tilt is None or pieces.gravity is None:
-            return
-        if rates.line is None or rates.tilt is None:
-            return
+        nodes = work.nodes
         rate = bend = tilt = gravity = filled(work.fractions, 0.0)
         for j in range(swing.powers - 1, -1, -1):
             bend = fma(bend, at, rate)
-            rate = fma(rate, at, rates.line[k, j] - rates.tilt[k, j])
-            tilt = fma(tilt, at, pieces.tilt[k, j])
-            gravity = fma(gravity, at, pieces.gravity[k, j])
+            rate = fma(
+                rate, at, swing.coefficient(DRIVE_RATE, k, j) - swing.coefficient(TILT_RATE, k, j)
+            )
+            tilt = fma(tilt, at, swing.coefficient(TILT, k, j))
+            gravity = fma(gravity, at, swing.coefficient(APPARENT_GRAVITY, k, j))
         keep(nodes.alpha_rate, times, initial, rate)
-        keep(nodes.alpha_bend, times, initial, bend * (1.0 / pieces.length_s[k]))
+        keep(nodes.alpha_bend, times, initial, bend * (1.0 / swing.pieces.length_s[k]))
         keep(nodes.g_up, times, initial, gravity)
         keep(nodes.g_across, times, initial, tilt)
 

@@ -319,17 +319,13 @@ def count_step(clear: bool, counts: PassageCount, run: SteppedRun, terms: int, x
     """Add the passages of a step that ends at x to the state there, after any event."""
     state, system = run.state, run.system
     planes = planes_of(run.omega, state.planes)
-    if clear:
-        now = system.coordinate(planes) < 0.0
-        state.turns += counts.turns + (1 if counts.below and not now else 0)
-        state.beats += counts.beats + (1 if counts.below != now else 0)
-    else:
-        at = outside_at(terms, x, run.work)
-        end = system.instant(mode_of(state), run.omega, planes, at)
-        now = end.coordinate < 0.0
-        state.turns += counts.turns + (1 if counts.below and not now else 0)
-        state.beats += counts.beats + (1 if counts.behind != (end.angle < 0.0) else 0)
+    below = behind = system.coordinate(planes) < 0.0
+    if not clear:
+        end = system.instant(mode_of(state), run.omega, planes, outside_at(terms, x, run.work))
+        below, behind = end.coordinate < 0.0, end.angle < 0.0
         state.beats -= ahead(end.coordinate, end.speed, end.angle)
+    state.turns += counts.turns + (1 if counts.below and not below else 0)
+    state.beats += counts.beats + (1 if counts.behind != behind else 0)
 
 
 # -----------------------------------------------------------------------------

@@ -151,19 +151,50 @@ def _terms(channel: FloatArray | None) -> int:
 
 @inlined
 def _set_channel(
-    channel: FloatArray | None, k: int, column: int, per_s: float, terms: int, work: Work
+    channel: FloatArray | None,
+    k: int,
+    column: int,
+    per_s: float,
+    terms: int,
+    rows: FloatArray,
+    first_row: int,
 ) -> None:
     """Fill three columns with a channel and its first two time derivatives."""
     if channel is None:
         return
-    powers, size = channel.shape[1], width(work.piece)
+    powers, size = channel.shape[1], width(rows)
     above = above_rate = 0.0
     for j in range(terms - 1, -1, -1):
         coefficient = channel[k, j] if j < powers else 0.0
         rate, bend = (j + 1) * per_s * above, (j + 1) * per_s * above_rate
-        place = j * size + column
-        work.piece[place], work.piece[place + 1], work.piece[place + 2] = coefficient, rate, bend
+        place = (first_row + j) * size + column
+        rows[place], rows[place + 1], rows[place + 2] = coefficient, rate, bend
         above, above_rate = coefficient, rate
+
+
+@inlined
+def _set_column(
+    channel: FloatArray | None, k: int, column: int, terms: int, rows: FloatArray, first_row: int
+) -> None:
+    """Fill one column with a channel."""
+    if channel is None:
+        return
+    powers, size = channel.shape[1], width(rows)
+    for j in range(terms):
+        rows[(first_row + j) * size + column] = channel[k, j] if j < powers else 0.0
+
+
+@inlined
+def set_channels(
+    pieces: ForcingPieces, k: int, tilted: bool, terms: int, rows: FloatArray, first_row: int
+) -> None:
+    """Fill the columns of the present channels of piece k, one power in each row."""
+    per_s = 1.0 / pieces.length_s[k]
+    _set_channel(pieces.drive, k, DRIVE, per_s, terms, rows, first_row)
+    if tilted:
+        _set_channel(pieces.tilt, k, TILT, per_s, terms, rows, first_row)
+    _set_column(pieces.gravity, k, APPARENT_GRAVITY, terms, rows, first_row)
+    _set_column(pieces.lean, k, LEAN, terms, rows, first_row)
 
 
 @inlined
@@ -187,24 +218,12 @@ def set_piece(pieces: ForcingPieces, k: int, tilted: bool, work: Work) -> tuple[
     The number is even, since `outside_at` takes two powers at a time. Columns of absent channels
     stay zero. Columns of τ are filled only if `tilted`.
     """
-    drive, tilt, gravity = pieces.drive, pieces.tilt, pieces.gravity
-    per_s = 1.0 / pieces.length_s[k]
-    terms = max(_terms(drive), _terms(tilt), _terms(gravity))
+    terms = max(_terms(pieces.drive), _terms(pieces.tilt), _terms(pieces.gravity))
     if pieces.hot is not None:
         terms = max(terms, HEAT_POWERS)
         _set_hot(pieces.hot, k, work)
     terms += terms % 2
-    _set_channel(drive, k, DRIVE, per_s, terms, work)
-    if tilted:
-        _set_channel(tilt, k, TILT, per_s, terms, work)
-    if gravity is not None:
-        powers, size = gravity.shape[1], width(work.piece)
-        for j in range(terms):
-            work.piece[j * size + APPARENT_GRAVITY] = gravity[k, j] if j < powers else 0.0
-    if pieces.lean is not None:
-        powers, size = pieces.lean.shape[1], width(work.piece)
-        for j in range(terms):
-            work.piece[j * size + LEAN] = pieces.lean[k, j] if j < powers else 0.0
+    set_channels(pieces, k, tilted, terms, work.piece, 0)
     return pieces.length_s[k], terms
 
 

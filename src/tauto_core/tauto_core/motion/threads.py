@@ -323,17 +323,15 @@ class Hanging(_ThreadNumbers, ThreadSystem):
         self, swing: FreeHalfSwing, k: int, at: Lanes, times: Lanes, initial: bool, work: Work
     ) -> None:
         """Keep the rows of `at_nodes` at the nodes of an event-to-event step, from x of span k."""
-        pieces, rates, nodes = swing.pieces, swing.rates, work.nodes
-        if pieces.drive is None or pieces.tilt is None or pieces.gravity is None:
-            return
-        if rates.line is None or rates.tilt is None:
-            return
+        nodes = work.nodes
         vertical = gravity = rate = tilt = filled(work.fractions, 0.0)
         for j in range(swing.powers - 1, -1, -1):
-            vertical = fma(vertical, at, pieces.drive[k, j])
-            gravity = fma(gravity, at, pieces.gravity[k, j])
-            rate = fma(rate, at, rates.line[k, j] - rates.tilt[k, j])
-            tilt = fma(tilt, at, pieces.tilt[k, j])
+            vertical = fma(vertical, at, swing.coefficient(DRIVE, k, j))
+            gravity = fma(gravity, at, swing.coefficient(APPARENT_GRAVITY, k, j))
+            rate = fma(
+                rate, at, swing.coefficient(DRIVE_RATE, k, j) - swing.coefficient(TILT_RATE, k, j)
+            )
+            tilt = fma(tilt, at, swing.coefficient(TILT, k, j))
         keep(nodes.vertical, times, initial, vertical)
         keep(nodes.gravity, times, initial, gravity)
         keep(nodes.alpha_rate, times, initial, rate)
