@@ -125,12 +125,7 @@ WIDE = 400.0
 class Drawing:
     """Lines, circles and letters over a rectangle.
 
-    Args:
-        left: smallest x that is shown, in the drawing's units.
-        right: largest x.
-        low: smallest y.
-        high: largest y.
-        wide: width on the page, smaller for a figure with few lines.
+    `left` to `right` and `low` to `high` are its range, `wide` its width on the page.
     """
 
     def __init__(
@@ -396,10 +391,7 @@ def read_claims(paper: Paper, file: str, computed: Mapping[str, float]) -> list[
     `with`. If `of` names a letter, they are solved for it. `value` or `must_value` give another
     formula to evaluate, `adds`, or `none` for a claim without a value.
 
-    Args:
-        paper: letter of the paper.
-        file: name of the file, without the suffix.
-        computed: the independent values, by their names in the file.
+    `computed` are the independent values, by their names in the file.
     """
     text = read_text(file)
     claims = []
@@ -444,10 +436,7 @@ def read_edition(
 ) -> Edition:
     """Return a paper with its text from `<file>.yaml`.
 
-    Args:
-        paper: letter of the paper.
-        file: name of the file, and of the page, without the suffix.
-        figures: function that draws each figure and its controls, by Euler's name.
+    `figures` has the function that draws each figure and its controls, by Euler's name.
     """
     text = read_text(file)
     return Edition(

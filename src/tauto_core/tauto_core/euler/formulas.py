@@ -322,7 +322,6 @@ def _times(row: _Row, letters: Letters) -> float:
 
 
 def _letter(node: _Node) -> str:
-    """Return the letter of a node, or of the base of its power, or ''."""
     if node.kind == 'power' and len(node.parts) == 1:
         node = node.parts[0]
     return node.text if node.kind == 'letter' else ''

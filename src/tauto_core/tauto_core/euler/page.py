@@ -139,7 +139,6 @@ def claims_page(claims: Sequence[Claim]) -> str:
 
 
 def _file(edition: Edition, figure: EulerFigure) -> str:
-    """Return the name of the file of a figure, without the suffix."""
     name = ''.join(letter if letter.isalnum() else '_' for letter in figure.name.lower())
     return re.sub('_+', '_', f'{edition.paper.lower()}_{name}')
 
@@ -192,7 +191,6 @@ def _sentence(words: str) -> str:
 
 
 def _safe(text: str) -> str:
-    """Return text with Markdown's characters escaped."""
     for sign in '\\|*_`':
         text = text.replace(sign, '\\' + sign)
     # an entity, since not every reader of Markdown knows '\<'

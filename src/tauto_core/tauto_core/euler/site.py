@@ -155,7 +155,6 @@ def _frames(figure: EulerFigure) -> dict[str, list[list[str]] | list[str]]:
 
 
 def _sentence(words: str) -> str:
-    """Return a sentence as HTML, with the formulas between asterisks as MathML."""
     pieces = words.split('*')
     parts = (mathml(bit, flat=True) if k % 2 else escape(bit) for k, bit in enumerate(pieces))
     return ''.join(parts)

@@ -65,7 +65,6 @@ def _speed(z: FloatArray) -> FloatArray:
 
 @lru_cache(maxsize=1)
 def _rates() -> tuple[Chebyshev, Chebyshev]:
-    """Return the derivatives of the coordinates up to z = 3."""
     x = Chebyshev.interpolate(lambda s: circle_unrolled(s)[0], 40, domain=[0.0, 3.0])
     y = Chebyshev.interpolate(lambda s: circle_unrolled(s)[1], 40, domain=[0.0, 3.0])
     return x.deriv(), y.deriv()

@@ -34,7 +34,6 @@ def _hung(
 
 
 def _at(points: tuple[ArrayLike, ArrayLike], angle: float = 0.0) -> tuple[float, float]:
-    """Return a point of the wheel's frame in the drawing."""
     x, y = _hung(points, angle)
     return float(x), float(y)
 

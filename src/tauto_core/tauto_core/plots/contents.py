@@ -251,11 +251,7 @@ def chart(
 ) -> Chart:
     """Return one of `PICTURES` of a voyage.
 
-    Args:
-        voyage: the voyage.
-        what: the picture.
-        from_s: beginning of the part for `OF_A_PART`, from the first reading [s].
-        to_s: its end. Without both it is the roughest part of the voyage.
+    For `OF_A_PART` it shows a part, in seconds from the first reading, by default the roughest.
 
     Raises:
         UsageError: the picture is unknown or has no data, or the part cannot be shown.
@@ -299,7 +295,6 @@ def _line(name: str, x: FloatArray, y: FloatArray, colour: Colour = 'blue') -> L
 
 
 def _band(name: str, x: FloatArray, middle: FloatArray, sigma: FloatArray) -> Line:
-    """Return the band of one standard deviation about a line."""
     at, low = thinned(x, middle - sigma)
     return Line(name, at, low, 'orange', 'band', np.interp(at, x, middle + sigma))
 
@@ -395,7 +390,6 @@ def _drift(voyage: Voyage) -> Chart:
 
 
 def _rate(voyage: Voyage) -> Chart:
-    """Return the mean rate of the dial over pieces between events, as steps."""
     time, error = voyage.time_s, voyage.clock_error_s
     count = len(time) - 1
     marks, _ = _marks(voyage, 0.0, float(time[-1]))

@@ -102,7 +102,6 @@ def _places(passage: LoggedPassage) -> FloatArray:
 def _map(
     axes: Axes, tracks: Sequence[FloatArray], errors: Sequence[FloatArray] | None = None
 ) -> LineCollection:
-    """Draw coasts and tracks, coloured by the errors at their places."""
     from matplotlib.collections import LineCollection
     from matplotlib.colors import LogNorm
 
@@ -196,7 +195,6 @@ def _fleet_shares(axes: Axes, fleet: Fleet) -> None:
 
 
 def _step(axes: Axes, sizes: FloatArray, floor: float, ships: int, **style: Any) -> None:
-    """Draw the share of ships whose errors are below each size."""
     ends = np.concatenate(([floor], np.sort(np.maximum(sizes, floor))))
     axes.step(ends, 100.0 * np.arange(len(ends)) / ships, where='post', **style)
 

@@ -475,7 +475,6 @@ def _circle(x: float, y: float, radius: float) -> FloatArray:
 
 
 def _box(x: float, y: float, width: float, height: float) -> FloatArray:
-    """Return a rectangle about its centre."""
     corners = np.array([(-0.5, -0.5), (0.5, -0.5), (0.5, 0.5), (-0.5, 0.5), (-0.5, -0.5)]).T
     outline: FloatArray = np.array([[x], [y]]) + corners * np.array([[width], [height]])
     return outline

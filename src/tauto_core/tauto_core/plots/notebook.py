@@ -98,7 +98,6 @@ def cam_html(scene: Scene, points: int, reach_rad: float, lever_arm_m: float) ->
 
 
 def _small(of: Chart) -> Chart:
-    """Return a chart with fewer points."""
     lines = [_few(line) for line in of.lines]
     return replace(of, lines=lines, below=None if of.below is None else _small(of.below))
 

@@ -167,7 +167,6 @@ def _part(voyage: Voyage, size: FloatArray, from_s: float) -> dict[str, Any]:
 
 
 def _winding(scene: Scene) -> dict[str, Any] | None:
-    """Return the contact of the thread with the cheek for positive angles of the wheel."""
     if scene.trochlea is None or scene.trochlea.cam.kind == 'lever_corrected':
         return None
     cam: Cam = scene.trochlea.made_cam(scene.g)
@@ -768,7 +767,6 @@ NAME_SHARE = 0.18
 
 
 def _bokeh_line(axes: Any, line: Line, *, solid: bool) -> Any:
-    """Draw a line and return its renderer."""
     colour, x, y = COLOURS[line.colour], _short(line.x), _short(line.y)
     if line.kind in ('band', 'bars'):
         assert line.high is not None

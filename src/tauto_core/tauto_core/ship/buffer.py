@@ -472,7 +472,6 @@ class MotionBuffer(Stateful):
         return SamplePieces(begins, ends, regular)
 
     def _polynomials(self, pieces: SamplePieces, piece: IntArray | None) -> dict[str, Any]:
-        """Return the polynomials of the motion over each span."""
         if self._by_samples:
             values, rates = self._data['line'], self._data['line_rate']
             # a regular piece has its first sample, an irregular one −1 − its row of `fitted`

@@ -190,10 +190,8 @@ def screen(
     `not_unit_quaternion` (norm differs from 1 by more than 1e-3), `roll_undefined` (pitch at 90
     degrees), `duplicated` (stamp of the last sample kept), `out_of_order` (an earlier stamp).
 
-    Args:
-        imu: samples.
-        last_stamp_ns: stamp of the last sample kept in earlier batches, or `None`.
-        compiled: whether one compiled pass first checks if any sample is to be refused.
+    `last_stamp_ns` is the stamp of the last sample kept in earlier batches. With `compiled` a
+    compiled pass checks first if any sample is to be refused.
     """
     if compiled and len(imu.stamp_ns) and _nothing_refused(imu, last_stamp_ns):
         return imu, dict.fromkeys(REFUSALS, 0)
@@ -224,7 +222,6 @@ def _nothing_refused(imu: ImuSamples, last_stamp_ns: int | None) -> bool:
 
 
 def _covariances_of(imu: ImuSamples) -> tuple[FloatArray, ...]:
-    """Return the three covariances."""
     return (
         imu.orientation_covariance,
         imu.angular_velocity_covariance,
@@ -442,9 +439,7 @@ class MotionRun(NamedTuple):
 class Continuity(Stateful):
     """Sorts screened samples of a live sensor into runs, independently of batches.
 
-    Args:
-        step_ns: the scene's time between samples.
-        max_gap_ns: longest time between samples that is interpolated.
+    `step_ns` is the scene's step, `max_gap_ns` the longest that is interpolated.
     """
 
     state_names = (
@@ -568,7 +563,6 @@ class Continuity(Stateful):
         return passes and follows and not self._are_late()
 
     def _are_late(self) -> bool:
-        """Return whether most suspects fill a gap."""
         fills = [any(a < one.stamp_ns < b for a, b in self._gaps) for one, _ in self._suspects]
         return 2 * sum(fills) > len(fills)
 
@@ -577,7 +571,6 @@ class Continuity(Stateful):
         return max(self._step_ns, self._before_ns)
 
     def _remember(self, last_ns: int, next_ns: int) -> None:
-        """Note a gap in the motion, and forget old gaps."""
         oldest_ns = next_ns - round(LATE_S * 1e9)
         self._gaps = [gap for gap in self._gaps if gap[1] > oldest_ns] + [(last_ns, next_ns)]
 
@@ -649,7 +642,6 @@ class Continuity(Stateful):
 
 
 def _unexplained(before: RollSample, now: RollSample) -> float:
-    """Return the change of roll that the gyro does not explain [rad]."""
     turned = math.remainder(now.roll - before.roll, math.tau)
     elapsed_s = (now.stamp_ns - before.stamp_ns) * 1e-9
     return turned - 0.5 * (before.roll_rate + now.roll_rate) * elapsed_s
@@ -755,10 +747,6 @@ def force_in_plane(imu: ImuSamples, plane: ThreadPlane) -> FloatArray:
     They are athwart and upright in the axes of the case. The first column, along the axle, has no
     effect. A free thread follows all of |f|: the weight pulls with |f| in the direction of the
     other two components.
-
-    Args:
-        imu: screened samples.
-        plane: see `ThreadPlane`.
     """
     force = imu.linear_acceleration
     if plane == 'ship':

@@ -108,7 +108,7 @@ class LoggedPassage:
             track.
         source: name of the file.
         lines: line or point of each entry in the file.
-        entries: as `voyage.log.entries`.
+        entries: see `voyage.log.entries`.
         wrong: first cell that cannot be read. It makes the passage unusable.
         left_out: number of entries dropped because another is less than an hour away.
         lost: other reasons for dropping rows of the log, and the number of rows.
@@ -175,7 +175,7 @@ class LoggedPassage:
         return sum(since) / (at[-1] - at[0])
 
     def notes(self) -> list[str]:
-        """Return notes on doubtful entries of a sound passage."""
+        """Return notes on doubtful entries."""
         notes = []
         times = [log_time(entry[0]) for entry in self.entries]
         hours = [(end - begin).total_seconds() / 3600.0 for begin, end in pairwise(times)]
@@ -435,7 +435,6 @@ _IMMA = re.compile(r'\d{4}[ \d]{4}[ \d]{4}[-+ \d]{5}[-+ \d]{6}')
 
 
 def _as_latin(error: UnicodeError) -> tuple[str, int]:
-    """Decode bytes that are not UTF-8 as Latin-1, the encoding of CLIWOC."""
     assert isinstance(error, UnicodeDecodeError)
     return error.object[error.start : error.end].decode('latin-1'), error.end
 
@@ -457,7 +456,6 @@ def _places(path: str, names: list[str], wanted: Sequence[str]) -> dict[str, int
 
 
 def _ours(path: str, names: list[str], rows: Iterator[list[str]]) -> Iterator[LoggedPassage]:
-    """Yield the passages of a table with our columns."""
     at = _places(path, names, sorted(_OURS))
     numbers = ('latitude', 'longitude', 'wind_from_deg', 'wind_mps', 'air_celsius')
     past: set[str] = set()
@@ -511,7 +509,7 @@ def _ours(path: str, names: list[str], rows: Iterator[list[str]]) -> Iterator[Lo
 
 
 def _printed(cell: str) -> str:
-    """Return the text of a cell in one line, of at most `LONGEST_TEXT` printable letters."""
+    """Return a cell in one line, of at most `LONGEST_TEXT` printable letters."""
     printable = ''.join(letter if letter.isprintable() else ' ' for letter in cell)
     return ' '.join(printable.split())[:LONGEST_TEXT]
 
@@ -534,7 +532,6 @@ def _measured(column: str, cell: str) -> float | None:
 
 
 def _wrapped(longitude: float) -> float:
-    """Return a longitude within ±180 degrees."""
     return longitude if -180.0 <= longitude <= 180.0 else (longitude + 180.0) % 360.0 - 180.0
 
 
@@ -611,18 +608,13 @@ class _Logs:
 
 
 def _at(row: list[float]) -> datetime.datetime:
-    """Return the time of a row."""
     return datetime.datetime.fromtimestamp(row[0], datetime.UTC).replace(tzinfo=None)
 
 
 def _pieces(
     path: str, logs: _Logs, unit: str, progress: Progress | None
 ) -> Iterator[LoggedPassage]:
-    """Yield the passages of logs, cut at gaps and at steps faster than a ship sails.
-
-    This is the second half of the progress. Without a passage, a `SceneError` counts the rows by
-    their faults.
-    """
+    """Yield the passages of logs. Without any, a `SceneError` counts the rows by their faults."""
     fewest, timespec = (LEAST_ENTRIES, 'minutes') if unit == 'line' else (2, 'seconds')
     empty = True
     ships = Counter(words.get('ship') for words in logs.named.values())
@@ -677,7 +669,6 @@ def _pieces(
 
 
 def _entry(row: list[float], timespec: str) -> LogEntry:
-    """Return the entry of a row."""
     _, _, latitude, longitude, *wind = row
     blows_from, blows, celsius = (None if math.isnan(value) else value for value in wind)
     return _at(row).isoformat(timespec=timespec), latitude, longitude, blows_from, blows, celsius
@@ -784,7 +775,6 @@ def _release_15(path: str, names: list[str], rows: Iterator[list[str]]) -> _Logs
 
 
 def _lookup(folder: Path, word: str, number: str) -> dict[str, float]:
-    """Return the numbers for words, from the tables of all languages."""
     numbers: dict[str, float] = {}
     for file in sorted(folder.glob(f'Lookup_*_{word}.csv')):
         try:

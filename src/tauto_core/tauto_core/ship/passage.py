@@ -319,7 +319,6 @@ class Passage:
 
 
 def _legs(scene: Surroundings, voyage: Itinerary) -> list[GeodesicLeg | RhumbLeg]:
-    """Return the legs from place to place."""
     legs: list[GeodesicLeg | RhumbLeg] = []
     for index, (start, end) in enumerate(pairwise(voyage.places), 1):
         leg = rhumb_leg(start, end) if voyage.track == 'rhumb' else geodesic_leg(start, end)
@@ -348,7 +347,6 @@ def _legs(scene: Surroundings, voyage: Itinerary) -> list[GeodesicLeg | RhumbLeg
 
 
 def _arrives_at(scene: Surroundings, voyage: Itinerary, length_m: float) -> float:
-    """Return the time of arrival from the start [s]."""
     if voyage.speed is None:
         return math.nan if voyage.arrives_at is None else voyage.arrives_at
     arrives_at = voyage.sails_at + length_m / voyage.speed
@@ -402,16 +400,12 @@ change of course, Eötvös' term changes over two intervals.
 def normal_gravity(latitude_rad: FloatArray | float) -> FloatArray:
     """Return the gravity at the surface of the ellipsoid of WGS 84 [m/s²].
 
-    γ(φ) = γ_e (1 + k sin²φ)/√(1 − e² sin²φ).
-
-    Args:
-        latitude_rad: geodetic latitude φ [rad], any shape.
+    γ(φ) = γ_e (1 + k sin²φ)/√(1 − e² sin²φ), with the geodetic latitude φ.
     """
     return _of_squared_sine(np.asarray(np.sin(latitude_rad) ** 2))
 
 
 def _of_squared_sine(squared: FloatArray) -> FloatArray:
-    """Return normal gravity for sin²φ."""
     return np.asarray(
         EQUATOR_M_S2 * (1.0 + SOMIGLIANA * squared) / np.sqrt(1.0 - SQUARED_ECCENTRICITY * squared)
     )
@@ -432,10 +426,7 @@ def eotvos(
     2 Ω v_E cos φ + v_E²/N + v_N²/M, with the ellipsoid's radii of curvature N across the meridian
     and M along it.
 
-    Args:
-        latitude_rad: geodetic latitude φ [rad].
-        east: speed over the ground towards the east, v_E [m/s].
-        north: speed towards the north, v_N [m/s].
+    `east` and `north` are the components of the speed over the ground [m/s].
     """
     across, along = _radii_m(np.asarray(np.sin(latitude_rad) ** 2))
     turning = 2.0 * EARTH_RATE * np.cos(latitude_rad) * np.asarray(east)
@@ -447,12 +438,7 @@ def gravity_between(
 ) -> tuple[FloatArray, FloatArray]:
     """Return normal gravity at places (n,), and Eötvös' term between them (n - 1,) [m/s²].
 
-    Each value depends on its own places alone.
-
-    Args:
-        elapsed_s: time from each place to the next [s], (n - 1,).
-        latitude: degrees north, (n,).
-        longitude: degrees east.
+    Places are in degrees north and east. `elapsed_s` is the time from each to the next, (n - 1,).
     """
     # the bits of np.sin may depend on the index in an array
     sine = np.array([math.sin(math.radians(angle)) for angle in latitude.tolist()])
@@ -470,13 +456,8 @@ def gravity_between(
 class GravityOnTheWay:
     """Vertical specific force on a ship without waves, γ(φ) less Eötvös' term, along a passage.
 
-    It is piecewise linear, with a knot every `KNOT_S`. The speed at a knot is the mean between
-    its neighbours.
-
-    Args:
-        passage: the passage.
-        duration_ns: last time needed, from the start of the scene [ns]. Later times have the
-            last value.
+    It is piecewise linear, with a knot every `KNOT_S`, and constant after `duration_ns`. The speed
+    at a knot is the mean between its neighbours.
     """
 
     def __init__(self, passage: Passage, duration_ns: int) -> None:

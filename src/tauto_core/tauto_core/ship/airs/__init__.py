@@ -229,11 +229,7 @@ def zonal_celsius(latitude_deg: FloatArray, year_part: FloatArray) -> FloatArray
     """Return the climate's mean temperature over the sea [°C].
 
     It is linear in latitude between the rows, constant beyond them, and linear in time between
-    mid-months, with months of equal length.
-
-    Args:
-        latitude_deg: latitudes [degrees north], (n,).
-        year_part: time since the new year, in years, (n,).
+    mid-months, with months of equal length. `year_part` is the time since the new year in years.
     """
     row = np.clip((latitude_deg - ZONAL_LATITUDES[0]) / 10.0, 0.0, len(ZONAL_LATITUDES) - 1.0)
     low = np.minimum(row.astype(np.int64), len(ZONAL_LATITUDES) - 2)
@@ -535,11 +531,8 @@ def departures(time_s: FloatArray, values: FloatArray) -> FloatArray:
 
     An unknown departure is the expectation of an Ornstein–Uhlenbeck process (1930) of correlation
     time `DEPARTS_S`, given its known neighbours: nearly linear in a short gap, and 0 far from a
-    thermometer (theory/logbooks.md).
-
-    Args:
-        time_s: increasing whole numbers, for exact differences [s], (n,).
-        values: departures, nan if unknown [K], (n,).
+    thermometer (theory/logbooks.md). Unknown values are nan. Times are whole numbers, for exact
+    differences.
     """
     estimates, rows = np.zeros(len(time_s)), np.flatnonzero(~np.isnan(values))
     for index in range(len(time_s) if len(rows) else 0):

@@ -100,20 +100,13 @@ class WeatherKind(Kind):
     def resolved(self, setting: WeatherSetting) -> tuple[WeatherState, ...]:
         """Return the states in the order of their times.
 
-        Args:
-            setting: scene and ship.
-
         Raises:
             SceneError: the weather does not suit the scene.
         """
         raise NotImplementedError
 
     def problems(self, rate_hz: float) -> Iterator[Problem]:
-        """Yield the contradictions between its keys.
-
-        Args:
-            rate_hz: samples of the motion per second.
-        """
+        """Yield the contradictions between its keys, with the rate of the motion's samples."""
         return iter(())
 
     def facts(self) -> dict[str, object]:
@@ -130,8 +123,6 @@ class WeatherSetting:
     """Scene and ship for which the states of a weather are computed.
 
     Attributes:
-        scene: the scene.
-        weather: its weather.
         heading: default heading of the waves [rad].
         speed: default speed of the ship [m/s].
         length: length of the hull [m], or `None` for a ship without a hull.
@@ -382,13 +373,7 @@ class SeaState(Section):
     )
 
     def problems(self, key: str, rate_hz: float, *, follow_route: bool) -> Iterator[Problem]:
-        """Yield the contradictions between its keys.
-
-        Args:
-            key: the state's key.
-            rate_hz: samples of the motion per second.
-            follow_route: whether the weather follows the route of the voyage.
-        """
+        """Yield the contradictions between its keys. `key` is its own."""
         yield from time_problems(self, key)
         yield from wave_problems(self, key, _OF_WAVES, rate_hz)
         turned, waves_to = self.heading is not None, self.waves_to

@@ -210,7 +210,6 @@ class ClimateWeather(WeatherKind):
         return (*in_harbour, *states, in_port(passage.arrives_ns))
 
     def _begins_ns(self, setting: WeatherSetting) -> list[int]:
-        """Return the times at which the regions begin [ns]."""
         times: list[int] = []
         for index, region in enumerate(self.regions):
             key = f'ship.weather.regions[{index}]'

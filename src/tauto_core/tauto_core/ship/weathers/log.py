@@ -104,10 +104,7 @@ def grown_seas(
     becomes a swell at the previous time. Its energy is added to the decayed old swell. The sum has
     period and direction of the higher one.
 
-    Args:
-        hours: increasing times [h].
-        winds: U [m/s].
-        winds_from: directions from which the winds blow [degrees].
+    `winds` are in m/s, and blow from `winds_from` [degrees].
     """
     seas: list[tuple[WindSea, WindSea]] = []
     sea, swell = NO_SEA, NO_SEA
@@ -211,7 +208,6 @@ class LogWeather(WeatherKind):
     def _state(
         self, setting: WeatherSetting, at_ns: int, seas: Sequence[WindSea], key: str
     ) -> WeatherState:
-        """Return the state at a time: the wind sea and the swells."""
         towards = [
             (sea.height, sea.period, math.radians(sea.runs_from + 180.0) % math.tau)
             for sea in seas
@@ -260,12 +256,8 @@ def state_of_seas(
 ) -> WeatherState:
     """Return the state at a time with several seas, the first with the others as `swell`.
 
-    Args:
-        setting: scene and ship.
-        at_ns: the time.
-        seas: significant height [m], period of the peak [s], and direction in which it runs, from
-            north to the east [rad], of each.
-        key: the scene's key.
+    `seas` are significant height [m], period of the peak [s], and direction in which each runs,
+    from north to the east [rad].
     """
     weather, state = setting.weather, None
     for height, period, waves_to in reversed(seas):
