@@ -384,7 +384,13 @@ class Hindcast:
         """
         self.one_of(name)
         field, dims = self._data[name], set(self._data[name].dims) - set(self._axes)
-        self._refuse_unit(name, field)
+        expected, spelling = FIELDS[name], field.attrs.get('units')
+        if field.dtype.kind not in 'fiu':
+            problem = f'is not numeric but of type {field.dtype}'
+            raise SceneError(self._path, name, ABSENT, problem, _FORM)
+        if spelling is not None and str(spelling).strip().casefold() not in expected.spelled:
+            problem, remedy = f'must be {expected.unit}', f'Convert the field to {expected.unit}.'
+            raise SceneError(self._path, f'{name}, units', str(spelling), problem, remedy)
         if several := sorted(str(dim) for dim in dims if field.sizes[dim] > 1):
             problem = f'has more than times and places: {", ".join(map(str, field.dims))}'
             remedy = f'Write a file with one value of {" and ".join(several)}.'
@@ -403,18 +409,6 @@ class Hindcast:
                 name, field, (at_s[rows], latitude[rows], longitude[rows]), turns=turns
             )
         return values
-
-    def _refuse_unit(self, name: str, field: xarray.DataArray) -> None:
-        """Refuse a field that is not numeric or has another unit."""
-        expected = FIELDS[name]
-        if field.dtype.kind not in 'fiu':
-            problem = f'is not numeric but of type {field.dtype}'
-            raise SceneError(self._path, name, ABSENT, problem, _FORM)
-        spelling = field.attrs.get('units')
-        if spelling is not None and str(spelling).strip().casefold() not in expected.spelled:
-            problem = f'must be {expected.unit}'
-            remedy = f'Convert the field to {expected.unit}, and its attribute.'
-            raise SceneError(self._path, f'{name}, units', str(spelling), problem, remedy)
 
     def _turned(self, longitude: FloatArray) -> FloatArray:
         """Return longitudes continued into the grid's range, without a jump for a grid round the

@@ -378,6 +378,11 @@ class SeaShip(ShipKind):
     def problems(self) -> Iterator[Problem]:
         """Yield the contradictions between its keys."""
         sea, weather, roll, rao = self.sea, self.weather, self.roll, self.rao
+        clock, bare = self.clock, self.hull is None
+        # by default the longest ship. A ship is at most half as wide as long
+        length = (rao and rao.length) or 400.0
+        place = clock or ClockSection()
+        sides = (('forward', place.forward, 0.5 * length), ('port', place.port, 0.25 * length))
         if sea is not None:
             yield from sea.problems(self.rate)
         if weather is not None:
@@ -427,18 +432,8 @@ class SeaShip(ShipKind):
                 'does not go with ship.rao, which has its own heading',
                 'Give it as ship.rao.heading.',
             ),
-        )
-        yield from self._problems_of_hull()
-        if rao is not None:
-            yield from rao.problems(heave=self.heave)
-
-    def _problems_of_hull(self) -> Iterator[Problem]:
-        clock, rao, bare = self.clock, self.rao, self.hull is None
-        if self.hull is not None:
-            yield from self.hull.problems()
-        yield from problems_where(
             (
-                bare and self.roll is not None and self.roll.slope_coefficient is None,
+                bare and roll is not None and roll.slope_coefficient is None,
                 'ship.roll.slope_coefficient',
                 ABSENT,
                 'is missing, and there is no hull',
@@ -458,23 +453,21 @@ class SeaShip(ShipKind):
                 'does not go with ship.rao: the motions follow from one of them',
                 'Leave one of them out.',
             ),
-        )
-        if bare and clock is not None and rao is not None:
-            # by default the longest ship. A ship is at most half as wide as long
-            length = rao.length or 400.0
-            sides = (('forward', clock.forward, 0.5 * length), ('port', clock.port, 0.25 * length))
-            yield from problems_where(
-                *(
-                    (
-                        not abs(at) <= limit,
-                        f'ship.clock.{key}',
-                        at,
-                        f'must be in [{-limit:g}, {limit:g}] m: the clock is outside the ship',
-                        "Measure from the operator's origin.",
-                    )
-                    for key, at, limit in sides
+            *(
+                (
+                    bare and rao is not None and not abs(at) <= limit,
+                    f'ship.clock.{key}',
+                    at,
+                    f'must be in [{-limit:g}, {limit:g}] m: the clock is outside the ship',
+                    "Measure from the operator's origin.",
                 )
-            )
+                for key, at, limit in sides
+            ),
+        )
+        if self.hull is not None:
+            yield from self.hull.problems()
+        if rao is not None:
+            yield from rao.problems(heave=self.heave)
 
     @property
     def motions(self) -> tuple[str, ...]:
