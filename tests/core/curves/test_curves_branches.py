@@ -98,7 +98,7 @@ def test_a_curve_through_points_passes_them() -> None:
     height = np.interp(LEVEL, level, DRAWN.height(s))
     np.testing.assert_allclose(height, POINTS[:, 1], atol=1e-5)
     assert float(DRAWN.height(DRAWN.descent_cusp)) == pytest.approx(0.6, rel=1e-12)
-    # 1/(γ x″) of y²/2 + y³/10 at 0; the mirrored spline has no third derivative there
+    # 1/(γ x″) of y²/2 + y³/10 at 0. The mirrored spline has no third derivative there
     assert DRAWN.pendulum_length == pytest.approx(1.0 / GAMMA, rel=0.03)
 
 

@@ -82,7 +82,7 @@ def test_golden_points_from_the_angle(entry):
         with pytest.raises(CamRangeError, match='wider range'):
             cam.lever_arm(angle)
         return
-    # near the edge t goes like the cube root of what is left of the range, which is rounded
+    # near the edge t goes like the cube root of the rest of the range, which is rounded
     condition = 2e-16 * limit / (limit - angle)
     assert float(cam.slope(angle)) == pytest.approx(tangent, rel=2e-15 + condition)
     assert float(cam.angle_of_lift(cam.lift(angle))) == pytest.approx(angle, rel=4e-15)
@@ -113,7 +113,7 @@ def test_small_angles_are_the_involute():
     angle = np.array([1e-12, 1e-8, 1e-5])
     for cam in (WeightCorrected(0.01, 100.0), SpringCorrected(0.01, 10.0)):
         np.testing.assert_allclose(cam.lever_arm(angle), 0.01 * angle, rtol=1e-9)
-        # what is left is of the third order: (2/3)λτ³ and −bc²ϑ³/2
+        # the rest is of the third order: (2/3)λτ³ and −bc²ϑ³/2
         third = {WeightCorrected: 2 / 3 * 0.01**3 * 100.0, SpringCorrected: -0.01 * 0.1 / 2}
         np.testing.assert_allclose(
             cam._arm_gain(angle[1:]), third[type(cam)] * angle[1:] ** 3, rtol=1e-9
@@ -144,7 +144,7 @@ def test_spring_against_fifty_digits(angle, stiffness):
     np.testing.assert_allclose([*found, cam.lever_curvature(angle)], expected[:4], rtol=2e-15)
     if angle < 1.0:
         np.testing.assert_allclose(cam.contact(angle), expected[4:], rtol=2e-15)
-    # where the curve winds round, its coordinates are differences
+    # coordinates of a curve that winds round are differences
     np.testing.assert_allclose(
         cam.contact(angle), expected[4:], atol=3e-15 * math.hypot(*expected[4:])
     )
@@ -185,7 +185,7 @@ def test_hollow_spring_cheek():
     assert found is not None
     start, end = found
     assert start == 0.0
-    # t + t'' = 0 where 1 + c²ϑ² = √3 c, c = 1
+    # t + t'' = 0 at 1 + c²ϑ² = √3 c, c = 1
     assert end == pytest.approx(math.sqrt(math.sqrt(3.0) - 1.0), rel=1e-9)
     # a hole bends the tip outwards: 1 + w + w² > 3c²(1 − w)², w = b/(a + b)
     w = 0.01 / 0.06

@@ -33,7 +33,7 @@ CURVES = [
     ActaCurve(0.4, 0.9, 0.6, 0.3),
     Mirrored(OIL),
 ]
-# few roundings of what is printed in each form
+# few roundings in each form
 ROUNDING = 4e-15
 
 
@@ -98,7 +98,7 @@ def test_the_abscissa_is_the_closed_form_from_thin_to_thick(kappa):
 
 
 def test_the_abscissa_of_a_cusp_that_is_nearly_out_of_reach():
-    """β = 1 − 1e-9: the cusp of ascent is at κs = −20.7; 1 − p² is left to 7 digits before it."""
+    """β = 1 − 1e-9: the cusp of ascent is at κs = −20.7, with 7 digits of 1 − p²."""
     curve = FluidTautochrone(1.0 - 1e-9, 1.0, 1.0)
     for part in (0.3, 0.7, 0.9):
         s = part * curve.ascent_cusp
@@ -129,7 +129,7 @@ def exact_height(curve, s):
 
 
 @given(st.floats(-14.0, 3.0), st.floats(-6.0, 0.0), st.booleans())
-def test_height_and_its_inverse_keep_all_digits_from_vacuum_to_long_arcs(power, part, descent):
+def test_height_and_its_inverse_keep_all_digits(power, part, descent):
     curve = FluidTautochrone(10.0**power, 0.9, 1.0)
     s = 10.0**part * (curve.descent_cusp if descent else -5.0 / max(curve.kappa, 1.0))
     height = float(curve.height(s))
@@ -164,7 +164,7 @@ def test_beyond_each_cusp_the_curve_goes_on_as_its_mirror_image():
 
 
 @pytest.mark.parametrize('curve', [OIL, THICK, Cycloid(0.75, 0.9, 1.0)], ids=repr)
-def test_the_outline_runs_over_both_branches_no_higher_than_the_descent(curve):
+def test_the_outline_is_no_higher_than_the_descent(curve):
     level, height = fluid_outline(curve, 41)
     assert level.shape == height.shape == (81,)
     assert (level[40], height[40]) == (0.0, 0.0)
@@ -177,7 +177,7 @@ def test_the_outline_runs_over_both_branches_no_higher_than_the_descent(curve):
 
 
 def test_the_circle_of_curvature_touches():
-    """The reference is a circle through three points; its error is of second order in the arc."""
+    """The reference is a circle through three points. Its error is of second order in the arc."""
     for s in (0.3, -0.3):
         x, y = coordinates(OIL, np.array([s - 1e-4, s, s + 1e-4]))
         sides = [math.dist((x[i], y[i]), (x[j], y[j])) for i, j in ((0, 1), (1, 2), (0, 2))]
@@ -210,8 +210,8 @@ def test_what_makes_no_curve_is_refused_with_its_limit(make, named):
         make()
 
 
-# Golden asks 1e-13; the formulas lose a few roundings. R near a cusp is the square root of what is
-# left to 1, by which the rounding of s grows.
+# Golden asks 1e-13, and the formulas lose a few roundings. R near a cusp is the square root of the
+# gap to 1, which amplifies the rounding of s.
 TIGHT, CURVATURE = 1e-15, 5e-15
 
 

@@ -35,7 +35,7 @@ def upper(cam):
 
 
 def fits(cam):
-    """Chebyshev fits of the points; 40 terms reach rounding on these intervals."""
+    """Chebyshev fits of the points. 40 terms reach rounding on these intervals."""
     interval = [0.0, upper(cam)]
 
     def coordinate(s, i):
@@ -263,7 +263,7 @@ def test_greatest_radius_of_curvature(entry):
     given, expected = numbers(entry)
     cam = Hole(given['b'], given['a_over_b'])
     place = expected['t_at_Rmax'] / cam.rate
-    # R is stationary there, so the rounded place costs nothing
+    # R is stationary there, and a rounded place is harmless
     close(cam.radius_of_curvature(place), expected['Rmax'])
     aside = cam.radius_of_curvature([place * 0.999, place * 1.001])
     assert np.all(aside < expected['Rmax'])

@@ -95,7 +95,7 @@ def test_joints_are_smooth_to_the_fourth_derivative():
             assert there == pytest.approx(here, abs=1e-11 * scale)
 
 
-def test_a_tolerance_too_small_for_the_errors_is_refused_with_the_least_that_works(tmp_path):
+def test_a_tolerance_below_the_errors_names_the_least_one(tmp_path):
     """A curve that follows the errors too closely has a hollow, which the thread would bridge."""
     file = write(tmp_path / 'cam.csv', *measured(error=1e-4))
     with pytest.raises(SceneError, match='a thread bridges a hollow') as caught:
@@ -136,7 +136,7 @@ def test_a_hole_nearer_than_the_longest_arm_is_refused(tmp_path):
         trochlea(file, TOLERANCE, HoleThread(distance=0.02)).made_cam(9.81)
 
 
-def test_a_measured_involute_keeps_time_as_well_as_it_was_measured(tmp_path):
+def test_a_measured_involute_keeps_time_to_its_errors(tmp_path):
     """T² ∝ 1/t': an arm that is off by ε at amplitude A changes the period by about ε/(2rA)."""
     file = write(tmp_path / 'cam.csv', *measured())
     text = (

@@ -1,4 +1,4 @@
-"""The plate of a cam: what it costs against closed forms, its outline, its refusals."""
+"""The plate of a cam: its costs against closed forms, its outline, its refusals."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ CAMS: tuple[Cam, ...] = (
 
 @pytest.mark.parametrize('cam', CAMS, ids=lambda cam: type(cam).__name__)
 def test_a_thread_takes_half_its_thickness_off_the_cheek(cam: Cam) -> None:
-    """Along the normal, from where the curve is as round as that."""
+    """Along the normal, from the first curve as round as that."""
     found = cheek(cam, 41, 1.5, 4e-4)
     psi, (x, y) = cam.psi(found.angle), cam.contact(found.angle)
     np.testing.assert_allclose((x - found.x) * np.cos(psi) + (y - found.y) * np.sin(psi), 2e-4)
@@ -80,7 +80,7 @@ def test_a_micrometre_costs_what_the_exact_period_says(setting: Setting) -> None
         force, pull = setting.pull.at_rest(setting.gravity), setting.pull
 
         def integrand(phase: float) -> float:
-            # θ = A sin φ; A − θ = 2 A sin²(¼π − ½φ) without cancellation
+            # θ = A sin φ, A − θ = 2 A sin²(¼π − ½φ) without cancellation
             near = 2.0 * amplitude * math.sin(0.25 * math.pi - 0.5 * phase) ** 2
             angle = amplitude - near
             lift = 0.0025 * angle**2 - loss * angle
@@ -130,8 +130,8 @@ def test_the_cutter_is_half_its_width_from_the_plate(cam: Cam) -> None:
     )
 
 
-def test_a_cutter_as_wide_as_the_thread_follows_the_curve_of_the_cam() -> None:
-    """Half a cutter outside the cheek is where the centre line of the thread lies."""
+def test_a_cutter_as_wide_as_the_thread_follows_the_cam() -> None:
+    """The centre line of the thread is half a cutter outside the cheek."""
     cam = Involute(0.005)
     plate = cam_plate(cam, 1.5, thread_mm=0.4, cutter_mm=0.4)
     assert plate.tool is not None

@@ -197,6 +197,6 @@ def test_a_table_that_no_thread_can_wrap(law, hollow, tmp_path):
         assert table.made_cam(9.81).range_rad == angles[few][-1]
 
 
-def test_the_place_where_a_lever_arm_leaves_the_hole_is_a_plain_number(tmp_path):
+def test_the_angle_of_too_long_an_arm_is_a_plain_number(tmp_path):
     with pytest.raises(SceneError, match=r'the lever arm at 2\.0 rad is longer'):
         sampled(tmp_path / 'cam.csv', np.sinh, 2.0, 12, distance=1.0)

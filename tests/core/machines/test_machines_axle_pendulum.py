@@ -57,7 +57,7 @@ def test_golden_motion_from_equilibrium(entry):
 
 @pytest.mark.parametrize('entry', entries('C10'))
 def test_golden_large_angles(entry):
-    """With 1/e = 1e-9 the golden value of θ is s/e; both are as accurate as s from the solver."""
+    """With 1/e = 1e-9 the golden value of θ is s/e, as accurate as s from the solver."""
     given, expected = numbers(entry)
     body = body_of(given)
     y = simulate(body, [given['theta0'] * given['e'], given['phi0'], 0.0, 0.0], given['t'])
@@ -100,7 +100,7 @@ def test_golden_moving_support(entry):
 
 @pytest.mark.parametrize('entry', entries('C38-plane-large'))
 def test_golden_large_swings_on_a_plane(entry):
-    """The least contact force comes from a grid, to three digits; half a swing of the solver ends
+    """The least contact force comes from a grid, to three digits. Half a swing of the solver ends
     at −A.
     """
     given, expected = numbers(entry)
@@ -134,7 +134,7 @@ BODIES = {
 
 
 @pytest.mark.parametrize('name', BODIES)
-def test_large_equations_become_the_small_motion_with_the_square_of_the_swing(name):
+def test_large_equations_tend_to_the_small_motion(name):
     """A tenth of the amplitude leaves a hundredth of the relative difference."""
     body, shape, time_s = BODIES[name], np.array([0.03, -0.5, 0.05, 1.0]), 0.4
     apart = []
@@ -170,7 +170,7 @@ def test_regular_motions_stay_in_their_mode():
 
 
 def test_plane_drifts_and_a_convex_support_throws_the_body_off():
-    """§38: the centre of gravity goes on as it was pushed; §46: what grows is a sinh."""
+    """§38: the centre of gravity keeps its speed. §46: the unstable mode is a sinh."""
     plane, times = BODIES['plane'], np.array([0.0, 1.0, 1000.0])
     pushed = small_motion(plane, AxleState(0.0, 0.01, 0.2, 0.0), times)
     close(pushed.arc + 0.3 * pushed.tilt, 0.003 + 0.2 * times, 1e-14)
@@ -187,7 +187,7 @@ def test_turning_the_support_about_its_own_centre_does_nothing():
     body, start, turn = BODIES['hollow'], [0.03, -0.6, 0.1, 0.2], 0.4
 
     def support(t):
-        # the lowest point of the path lies e below the centre, about which it turns
+        # the lowest point of the path is e below the centre, about which it turns
         sine, cosine = math.sin(3 * t), math.cos(3 * t)
         return turned_about(turn * sine, 3 * turn * cosine, -9 * turn * sine, 0.1)
 
@@ -197,7 +197,7 @@ def test_turning_the_support_about_its_own_centre_does_nothing():
     close([y[0] + rolled, y[1]], still[:2], 0.0, 1e-11)
 
 
-def test_an_accelerated_bearing_hangs_the_body_along_the_apparent_gravity():
+def test_the_body_hangs_along_the_apparent_gravity():
     body, lateral = BODIES['hollow'], 2.0
     tilt = math.atan2(-lateral, body.gravity - 1.0)
     hanging = AxleState(tilt / body.curvature, tilt, 0.0, 0.0)

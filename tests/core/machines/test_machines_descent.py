@@ -80,7 +80,7 @@ def test_golden_half_swings_backward(entry, kappa):
     close(1.0 + float(duration_excess(kappa, start)), expected['T_ratio'])
     close(kappa * end_arc(kappa, start), expected['end_arc_times_kappa'])
     close(math.expm1(kappa * float(end_arc(kappa, start))), expected['end_w_times_kappa'])
-    # down to A, and up again; a quarter forward takes π/2
+    # down to A, and up again, while a quarter forward takes π/2
     down, up = (float(expected[f'{each}_quarter_ratio']) for each in ('descent', 'ascent'))
     arc, _ = reverse_half_swing(kappa, 1.0, start, 0.5 * math.pi * down)
     assert abs(float(arc)) < 1e-15 * abs(start)
@@ -89,7 +89,7 @@ def test_golden_half_swings_backward(entry, kappa):
 
 @pytest.mark.parametrize('entry', entries('B22-series'))
 def test_golden_series_of_the_half_swing_backward(entry):
-    """The last coefficient is left out of the sum; it bounds the remainder."""
+    """The last coefficient is left out of the sum and bounds the remainder."""
     expected = [float(entry['expected'][f'c{n}']) for n in range(7)]
     np.testing.assert_allclose(SERIES, [0.0, *expected[1:6]], rtol=1e-15)
     for q in (0.003, 0.01):
@@ -138,8 +138,8 @@ def test_a_half_swing_backward_is_that_of_the_integrated_motion(start):
 
 
 @pytest.mark.parametrize('start', [1e-9, 0.5, 8.0, 30.0])
-def test_a_half_swing_backward_keeps_its_digits_however_far_it_starts(start):
-    """W = W₂ − (W₂ + q) sn²(K − u) in 60 digits; the rounding grows as e^{κs₁/2}."""
+def test_a_half_swing_backward_keeps_its_digits(start):
+    """W = W₂ − (W₂ + q) sn²(K − u) in 60 digits. The rounding grows as e^{κs₁/2}."""
     with mpmath.workdps(60):
         s = mpmath.mpf(start)
         q, left = -mpmath.expm1(-s), mpmath.exp(-s)
@@ -236,7 +236,7 @@ def test_what_cannot_be_is_refused_with_its_limit(make, named):
 
 
 def test_the_speed_limits_meet():
-    """The limit of b, at which the descent is as long as the curve, is allowed; one rounding
+    """The limit of b, at which the descent is as long as the curve, is allowed, one rounding
     more is refused.
     """
     edge = height_at_lowest(OIL, OIL.descent_cusp)

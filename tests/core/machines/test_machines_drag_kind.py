@@ -1,4 +1,4 @@
-"""A drag that is added as one module sails; against DOP853 and closed forms."""
+"""A drag that is added as one module sails, against DOP853 and closed forms."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Cubic(NamedTuple):
 
 
 class CubicDrag(DragKind):
-    """Torque c₃θ̇³ besides the other three."""
+    """Torque c₃θ̇³ and the other three."""
 
     kind: Literal['cubic'] = 'cubic'
     cubic: Positive = 1.0
@@ -108,7 +108,7 @@ SCENES: dict[str, dict[str, Any]] = {
 
 @pytest.fixture(scope='module')
 def answers(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
-    """What the machinery says of the scenes, with the kind added to its folder."""
+    """Return the results of the scenes, with the kind added to its folder."""
     folder: Path = tmp_path_factory.mktemp('drags')
     (folder / 'cubic.py').write_text(KIND, encoding='utf-8')
     command = [sys.executable, '-c', RUN, str(folder), json.dumps(SCENES)]
@@ -179,7 +179,7 @@ def test_a_new_drag_on_a_hanging_thread_sails_as_dop853_does(answers: dict[str, 
 
 
 def test_its_steady_swing_balances_the_cube(answers: dict[str, Any]) -> None:
-    """∮ c₃θ̇³ dθ = (3π/4) c₃ω³A⁴ is two impulses of 1e-4 J; P′/θ̇ₘ = (3/2)c₃θ̇ₘ².
+    """∮ c₃θ̇³ dθ = (3π/4) c₃ω³A⁴ is two impulses of 1e-4 J, P′/θ̇ₘ = (3/2)c₃θ̇ₘ².
 
     Impulses in the middle of a harmonic swing that loses a tenth of its energy shift the balance
     in the second order of that.

@@ -20,7 +20,7 @@ def machine(**changes):
     return compile_machine(parse_scene(yaml.safe_dump(content), 'oil'))
 
 
-def test_the_shipped_globe_falls_in_the_same_time_from_anywhere_where_a_cycloid_errs():
+def test_the_shipped_globe_falls_in_equal_times():
     euler, cycloid = machine(), machine(curve='cycloid')
     arcs = [1e-6, 0.01, 0.1, 0.2, 0.4, 0.6]
     times = descent_isochronism(euler, arcs).descent_s
@@ -38,7 +38,7 @@ def test_half_swings_of_a_second():
 
 @pytest.mark.parametrize('curve', ['euler', 'cycloid', 'symmetric'])
 def test_period_and_rate_of_swings_to_and_fro(curve):
-    """The coefficients of (κS)² are 5/24, 1/6 and 0; the next order is (κS)³."""
+    """The coefficients of (κS)² are 5/24, 1/6 and 0. The next order is (κS)³."""
     found = machine(curve=curve)
     kappa = found.curve.kappa
     coefficient = {'euler': 5 / 24, 'cycloid': 1 / 6, 'symmetric': 0.0}[curve]

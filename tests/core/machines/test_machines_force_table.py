@@ -1,4 +1,4 @@
-"""A force given by points: air by Boyle's law, a chord, a spring; and the cam that is made for it.
+"""A force given by points: air by Boyle's law, a chord, a spring, and its isochronous cam.
 
 Boyle's law and the chord are closed forms, with which forces, energies and motions are compared.
 """
@@ -27,7 +27,7 @@ END = 0.02
 
 
 def condensed(lift: Any) -> Any:
-    """Air pressed together: 8 cm of it at rest, 3.2 N above the outside; p V = const."""
+    """Air pressed together: 8 cm of it at rest, 3.2 N above the outside, p V = const."""
     at_rest = OUTSIDE + 3.2 / AREA
     return AREA * (at_rest * 0.08 / (0.08 - lift) - OUTSIDE)
 
@@ -114,7 +114,7 @@ def period(law: Any, arm: Any, amplitude: float, end_s: float = 2.0) -> float:
     ('name', 'within'), [('condensed', 1e-9), ('rarefied', 2e-8), ('chord', 1e-10)]
 )
 def test_the_spline_is_as_near_as_its_error(name: str, within: float) -> None:
-    """Beside the points, with 21 of them; the error of a quintic spline falls as spacing⁶."""
+    """Between 21 points. The error of a quintic spline falls as spacing⁶."""
     law, lift = LAWS[name], np.linspace(0.0, END, 997)
     fine = ForceLaw(tuple(map(tuple, points(law)))).force(lift) / law(lift) - 1.0
     coarse = ForceLaw(tuple(map(tuple, points(law, 11)))).force(lift) / law(lift) - 1.0
@@ -167,7 +167,7 @@ def test_a_spring_given_by_points_is_the_spring() -> None:
     ('name', 'within'), [('condensed', 5e-11), ('rarefied', 2e-9), ('chord', 1e-11)]
 )
 def test_the_period_on_the_involute_is_that_of_the_closed_form(name: str, within: float) -> None:
-    """Air and chord themselves, by DOP853; and each is far from isochronous."""
+    """Air and chord themselves, by DOP853. Each is far from isochronous."""
     law, found = LAWS[name], machine(table(LAWS[name]))
 
     def arm(angle: float) -> tuple[float, float]:
@@ -296,7 +296,7 @@ def test_its_own_cam_needs_it() -> None:
 
 
 def test_a_force_that_rises_too_fast_makes_a_hollow_cheek() -> None:
-    """F'(0) b > F(0)/3; the period that the error names works."""
+    """F'(0) b > F(0)/3. The period in the error works."""
     with pytest.raises(SceneError, match='would be hollow from 0 to') as caught:
         machine(table(lambda lift: 3.2 + 400.0 * lift, 7), OWN)
     assert caught.value.key == 'trochlea.cam.period'
@@ -306,7 +306,7 @@ def test_a_force_that_rises_too_fast_makes_a_hollow_cheek() -> None:
 
 
 @pytest.mark.parametrize('cam', [INVOLUTE, OWN], ids=['involute', 'own'])
-def test_a_table_too_short_for_the_swing_says_how_far_it_must_reach(cam: dict[str, Any]) -> None:
+def test_a_table_too_short_names_the_lift_it_needs(cam: dict[str, Any]) -> None:
     """The remedy works: on the involute to the lift that it names."""
     with pytest.raises(SceneError, match=r'give trochlea\.power\.points up to') as caught:
         sail(scene(table(condensed, 21, 0.005), cam, 2.0))
@@ -326,7 +326,7 @@ def test_it_is_kept_in_a_scene() -> None:
 
 
 def test_a_larger_cheek_is_the_machine_with_it() -> None:
-    """What a budget asks: the involute of a base radius larger by a thousandth."""
+    """As in a budget: the involute of a base radius larger by a thousandth."""
     given, part = machine(table(condensed)), 1.001
     at = min(1.0, 0.999 * given.range_rad)
     larger = _larger_cheek(given, 0.001 * 0.005 * at)

@@ -40,7 +40,7 @@ def to_and_fro(curve, start):
     ],
 )
 def test_swings_to_and_fro_are_those_of_the_table(make, expected):
-    """The table was integrated by another program; compared are the digits that it gives."""
+    """The table was integrated by another program, to the digits compared."""
     curve = make(1.0, 1.0, 1.0)
     found = [to_and_fro(curve, start) for start in (0.02, 0.1, 0.2, 0.4)]
     np.testing.assert_allclose(found, expected, rtol=3e-2 if make is SymmetricCurve else 5e-4)
@@ -83,7 +83,7 @@ def test_half_swings_are_those_of_the_integrated_motion(make):
 
 @pytest.mark.parametrize('reduced', [5.0, 20.0, 60.0])
 def test_a_descent_at_the_speed_of_balance(reduced):
-    """On a cycloid, with X = 2κS₁: e^X (X − 1) = −(1 + 2κS) e^{−2κS}; the time by DOP853."""
+    """On a cycloid, with X = 2κS₁: e^X (X − 1) = −(1 + 2κS) e^{−2κS}. The time is by DOP853."""
     curve = Cycloid(reduced, 1.0, 1.0)
     found = half_swing(curve, 1.0, 1.0)
     x = 2.0 * reduced * found.arc

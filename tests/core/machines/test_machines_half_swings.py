@@ -60,7 +60,7 @@ def integrated(curve: Any, start: float, friction: float = 0.0) -> tuple[float, 
 
 
 def assert_integrated(curve: Any, start: float, friction: float = 0.0) -> float:
-    """Compare a half swing with DOP853; return its duration."""
+    """Compare a half swing with DOP853, and return its duration."""
     course = BothWays(curve, G, friction, start).course(start)
     assert (course.duration, course.end) == pytest.approx(
         integrated(curve, start, friction), rel=1e-11
@@ -71,7 +71,7 @@ def assert_integrated(curve: Any, start: float, friction: float = 0.0) -> float:
 @pytest.mark.parametrize('side', ['descent', 'ascent'])
 @pytest.mark.parametrize('name', GIVEN)
 def test_half_swings_over_a_branch_and_its_companion_are_equal(name: str, side: Any) -> None:
-    """π√(L/g) from starts up to the end of the companion; from one of them also by DOP853."""
+    """π√(L/g) from starts up to the end of the companion, and from one of them by DOP853."""
     curve = joined_companion(GIVEN[name], side, 1.0)
     half = math.pi * math.sqrt(1.0 / G)
     for share in (0.02, 0.3, 0.7, 0.999):
@@ -117,7 +117,7 @@ def test_on_eulers_curve_they_are_his_closed_forms() -> None:
 @pytest.mark.parametrize('curve', [FluidTautochrone(0.4, 0.9, 1.0, 0.02), Cycloid(0.4, 0.9, 1.0)])
 @pytest.mark.parametrize('start', [0.4, 0.1, -0.3])
 def test_constant_friction_is_that_of_the_integrated_motion(curve: Any, start: float) -> None:
-    """§35: on his curve the half swing forward keeps its time; elsewhere nothing does."""
+    """§35: on his curve the half swing forward keeps its time, but not elsewhere."""
     duration = assert_integrated(curve, start, 0.02)
     if isinstance(curve, FluidTautochrone) and start > 0.0:
         assert duration == pytest.approx(math.pi * math.sqrt(1.0 / G), rel=3e-15)

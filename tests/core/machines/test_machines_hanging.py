@@ -40,7 +40,7 @@ def test_a_long_thread_is_the_ideal_vertical_one():
         assert machine.thread_frequency == pytest.approx(math.sqrt(9.81 / length), rel=0.01)
         assert 0.0 < departure < before
         before = departure
-        # and its departure from isochronism that of a weight that only rises, ε = m r²A²/I
+        # and it departs from isochronism like a weight that only rises, ε = m r²A²/I
         ratio = machine.period(1.0) / machine.small_period
         with mpmath.workdps(30):
             rises = float(2 / mpmath.pi * mpmath.ellipe(-mpmath.mpf('0.05')))
@@ -48,7 +48,7 @@ def test_a_long_thread_is_the_ideal_vertical_one():
 
 
 def test_the_wheels_mode_is_the_one_a_release_excites_most():
-    """Both are excited alike at l₀ = r + I/(m r), where b − e = −(b' − e)."""
+    """Both are excited alike at l₀ = r + I/(m r), with b − e = −(b' − e)."""
     middle = 0.02 + 4e-4 / (0.05 * 0.02)
     even = replace(MACHINE, length=middle)
     share, other = even.modes.B, even.modes.B_prime
@@ -131,7 +131,7 @@ def test_energy_is_kept_by_the_equations(stiffness):
     assert machine.energy(0.0, 0.0, 0.0, 0.0, 9.81) == 0.0
 
 
-def test_a_spring_that_draws_the_weight_leaves_small_swings_and_quickens_wide_ones():
+def test_a_spring_on_the_weight_quickens_wide_swings_only():
     """Its pull is κH, and H of the second order. DOP853 has the same quarter, to 1e-11."""
     machine = replace(MACHINE, stiffness=40.0)
     assert machine.small_period == MACHINE.small_period
@@ -158,5 +158,5 @@ def test_a_spring_that_draws_the_weight_leaves_small_swings_and_quickens_wide_on
 
 @pytest.mark.parametrize('amplitude', [1e-300, 1e-30, 1e-13, 1e-11])
 def test_the_smallest_swings_take_the_limit(amplitude):
-    """They differ by a share of A², far below rounding; the rest is Newton's error."""
+    """They differ by a share of A², far below rounding. The rest is Newton's error."""
     assert MACHINE.period(amplitude) == pytest.approx(MACHINE.small_period, rel=1e-14)

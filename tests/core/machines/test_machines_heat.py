@@ -82,7 +82,7 @@ SPRING = {'kind': 'spring', 'force': 3.158, 'stiffness': 50.0}
 def test_small_swings_change_by_the_closed_form(
     trochlea: dict[str, Any], expected: float, s_per_day: float
 ) -> None:
-    """½(β + α_c − 2α), and what the issue of these clocks says in s/day/K."""
+    """½(β + α_c − 2α), and its value in s/day/K."""
     machine = made(**trochlea)
     assert per_kelvin(machine) == pytest.approx(expected, rel=1e-5)
     assert 86400.0 * expected == pytest.approx(s_per_day, rel=0.008)
@@ -117,7 +117,7 @@ def test_a_hot_machine_has_the_period_of_one_with_grown_parts() -> None:
 
 
 def test_oils_thin_as_in_their_tables() -> None:
-    """Through the three points; olive oil also at 20 °C, 84.0, and castor at 30 °C, 451 mPa s."""
+    """Through the three points. Olive oil also at 20 °C, 84.0, and castor at 30 °C, 451 mPa s."""
     for name, table in OILS.items():
         law = thinning(name, table.celsius[1])
         found = np.exp(law.exponent(np.array(table.celsius) - table.celsius[1]))
@@ -130,7 +130,7 @@ def test_oils_thin_as_in_their_tables() -> None:
         assert ratio * OILS[name].viscosity[1] == pytest.approx(viscosity, rel=0.02)
 
 
-def test_thinner_oil_costs_the_involute_clock_of_the_passage_its_rate() -> None:
+def test_thinner_oil_changes_the_rate_of_the_involute_clock() -> None:
     """3.5 % less drag under a fixed impulse: −15.6 s/day (DOP853)."""
     scene = load_scene('portsmouth_jamaica')
     machine = compile_machine(scene)

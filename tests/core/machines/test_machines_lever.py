@@ -60,7 +60,7 @@ def test_the_period_is_that_of_fifty_digits(name):
 
 
 def test_a_swing_takes_as_long_from_either_end():
-    """One swing is named by either of its turning points; the far one is found to rounding."""
+    """One swing is named by either of its turning points, the far one to rounding."""
     for amplitude in (0.3, 1.0, -1.0, 2.0):
         far = SULLY.far_turning(amplitude)
         assert far * amplitude < 0.0
@@ -80,7 +80,7 @@ GEOMETRIES = [
 
 @pytest.mark.parametrize('geometry', GEOMETRIES)
 def test_thread_and_lever_meet(geometry):
-    """The point B by the thread is the point B by the lever; its differences are the slopes."""
+    """The point B by the thread is the point B by the lever, its differences are the slopes."""
     tau = np.linspace(*geometry.edges, 101)
     u, beta, delta, free = geometry.pose(tau)
     r, arm, depth = geometry.base_radius, geometry.arm, geometry.depth
@@ -96,7 +96,7 @@ def test_thread_and_lever_meet(geometry):
     found, second = geometry.slopes(geometry.tau_of(theta))
     size = np.max(np.abs(found))
     inside = np.abs(theta) < 0.8 * min(-geometry.theta(tau[0]), geometry.theta(tau[-1]))
-    # fourth-order differences of steps of 1e-4, where the lever is not near a dead point
+    # fourth-order differences of steps of 1e-4, away from a dead point
     np.testing.assert_allclose(found[inside], first[inside], rtol=0, atol=1e-8 * size)
     slopes = [geometry.slopes(geometry.tau_of(theta + n * step))[0] for n in (-2, -1, 1, 2)]
     bend = (slopes[0] - 8 * slopes[1] + 8 * slopes[2] - slopes[3]) / (12 * step)

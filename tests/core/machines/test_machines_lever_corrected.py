@@ -142,7 +142,7 @@ sizes = st.floats(0.5, 2.0)
 @settings(max_examples=10, deadline=None, derandomize=True)
 @given(sizes, sizes, sizes, sizes, st.floats(0.1, 1.0))
 def test_any_lever_keeps_its_period(inertia, arm, torque, turned, part):
-    """The machine is random; the reference is a quadrature over θ of √(M/(2(E − V))), good to
+    """The machine is random, and the reference is a quadrature over θ of √(M/(2(E − V))), good to
     1e-11.
     """
     cam = CorrectedLeverGeometry(
@@ -169,7 +169,7 @@ def test_edges():
     # here the thread is nearly used up
     np.testing.assert_allclose(CAM.pose(np.array([low, high])).free, 0.03, rtol=1e-9)
     assert np.all(beyond.free < 0.03)
-    # a heavy lever cannot swing so fast: the range ends where ρ grows without bounds
+    # a heavy lever cannot swing so fast: the range ends as ρ diverges
     heavy = replace(CAM, turned_inertia=40 * TURNED)
     assert heavy.edges[1] < 0.2 * high
     assert np.isnan(heavy.theta(np.array([0.9])))[0]
@@ -177,7 +177,7 @@ def test_edges():
 
 
 def test_a_cam_that_ends_where_the_thread_lies_level():
-    """The search for its end comes upon δ = π/2 itself, where tan δ has no value."""
+    """The search for its end comes upon δ = π/2 itself, a pole of tan δ."""
     cam = CorrectedLeverGeometry(
         0.00037191386067335114,
         4.4293872708872835,

@@ -1,8 +1,8 @@
 """A body in a fluid with Newton's resistance ∝ v: closed forms, DOP853, energy, refusals.
 
 On a cycloid in a vacuum ∝ v alone acts, and the swing is the damped harmonic one. On Euler's curve
-z = (1 − e^{−κs})/κ obeys z̈ = −(g/f) z − λż down the branch of descent and up the other, so that
-half swings still are all equal, π/√(g/f − λ²/4) (E13, 35).
+z = (1 − e^{−κs})/κ obeys z̈ = −(g/f) z − λż down the branch of descent and up the other:
+half swings are still equal, π/√(g/f − λ²/4) (E13, 35).
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def test_on_eulers_curve_half_swings_are_still_equal(start: float) -> None:
     z, _ = damped(float(harmonic_of_arc(KAPPA, start)), time)
     place, _ = ways.place(np.full(17, start), time)
     np.testing.assert_allclose(place, arc_of_harmonic(KAPPA, z), rtol=0, atol=2e-14 * start)
-    # to A alike, whatever the arc; and the way back is not equal
+    # to A alike, for any arc, but the way back is not equal
     slow = math.pi / half
     fall = (math.pi - math.atan2(slow, 0.5 * LAMBDA)) / slow
     assert ways.fall_time(start) == pytest.approx(fall, rel=1e-14)
@@ -77,7 +77,7 @@ def test_on_eulers_curve_half_swings_are_still_equal(start: float) -> None:
 @pytest.mark.parametrize('start', [0.45, -0.25])
 @pytest.mark.parametrize('name', CURVES)
 def test_half_swings_are_those_of_dop853(name: str, start: float) -> None:
-    """From rest over the duration: there the body is at the end, at rest; and on the way."""
+    """From rest over the duration: there the body is at the end, at rest, and on the way."""
     curve, friction = CURVES[name]
     ways = BothWays(curve, G, friction, start, LAMBDA)
     course, way = ways.course(start), -math.copysign(1.0, start)
@@ -119,7 +119,7 @@ def oil(**regulator: Any) -> dict[str, Any]:
 
 @pytest.mark.parametrize(('curve', 'friction'), [('euler', 0.0), ('cycloid', 0.004)])
 def test_it_sails_as_dop853_does(curve: str, friction: float) -> None:
-    """Over six half swings in oil, restarted where the body turns.
+    """Over six half swings in oil, restarted as the body turns.
 
     Short steps, since its values between them are less exact.
     """

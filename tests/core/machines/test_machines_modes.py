@@ -1,6 +1,6 @@
 """The two modes against 50-digit numbers of an independent program, and in limiting cases.
 
-Tolerance: 1e-14 relative, a tenth of that of the golden numbers.
+Tolerance: 1e-14 relative, ten times tighter than the golden numbers ask.
 """
 
 import math
@@ -18,7 +18,7 @@ from tauto_core.machines.axle_pendulum import exact_lengths, modes
 TIGHT = 1e-14
 
 
-# large swings are those of the axle pendulum
+# large swings belong to the axle pendulum
 LINKS = [each for each in entries('C42', 'C45', 'C53', 'C38') if 'large' not in each.id]
 
 
@@ -84,7 +84,7 @@ def exact(e, c, k_squared):
     st.floats(-9, 2),
 )
 def test_no_machine_cancels(e, e_sign, c, c_sign, k):
-    """Where both lengths are nearly equal they change much with the machine's own numbers.
+    """If both lengths are nearly equal they change much with the machine's own numbers.
 
     1/(1 − (2√(bb′)/(b+b′))²) measures that: it is the square of the gap between the lengths.
     """

@@ -44,7 +44,7 @@ def test_weight_with_inertia(entry):
     inertia = given['disc_radius'] ** 2 / 2
     regulator = machine(Involute(given['r']), inertia, mass=given['P_over_Q'], gravity=given['g'])
     period = regulator.period(given['A'])
-    # golden holds 1e-13 relative; the excess is a difference, so absolute
+    # golden holds 1e-13 relative, and absolute for the excess, a difference
     assert regulator.small_period == pytest.approx(expected['T0_s'], rel=1e-14, abs=0.0)
     assert period == pytest.approx(expected['T_s'], rel=1e-14, abs=0.0)
     ratio = period / regulator.small_period

@@ -33,7 +33,7 @@ def spectral(errors):
 
 
 def fixed(nodes):
-    """Return an `integrate` of one panel of Gauss's rule, with nothing halved."""
+    """Return an `integrate` of one panel of Gauss's rule, without halving."""
     roots, weights = np.polynomial.legendre.leggauss(nodes)
 
     def integrate(function, lower, upper):
@@ -65,7 +65,7 @@ def test_a_panel_is_of_order_48():
 
 
 def test_a_root_left_in_is_not_spectral():
-    """∫ √(1 − x²) dx, whose ends are of order 3: the test above can fail."""
+    """∫ √(1 − x²) dx has ends of order 3."""
     errors = []
     for nodes in (2, 4, 8, 16, 32, 64):
         found = fixed(nodes)(lambda x: np.sqrt(1 - x * x), np.zeros(1), np.ones(1))[0]
@@ -78,7 +78,7 @@ KAPPA = 0.8
 
 
 def test_the_cosine_series_of_a_half_swing_is_spectral():
-    """Backward on Euler's curve, where the duration is an elliptic integral."""
+    """Backward on Euler's curve, with an elliptic integral as duration."""
     curve, start = FluidTautochrone(KAPPA, 1.0, 1.0), 1.5
     end = fluid_pendulum.far_end(Mirrored(curve), start)
     exact = 1.0 + float(duration_excess(KAPPA, start))
@@ -91,7 +91,7 @@ def test_the_cosine_series_of_a_half_swing_is_spectral():
 
 
 def test_the_speed_within_a_half_swing_is_spectral(monkeypatch):
-    """∫ e^{2κ(s−σ)} p dσ over one panel where five are asked for, κS = 16."""
+    """∫ e^{2κ(s−σ)} p dσ over one panel instead of five, κS = 16."""
     curve, start = FluidTautochrone(KAPPA, 1.0, 1e8), 20.0
     end = np.array([fluid_pendulum.far_end(Mirrored(curve), start)])
     exact = 1e4 * (1.0 + float(duration_excess(KAPPA, start)))
@@ -108,7 +108,7 @@ def test_the_speed_within_a_half_swing_is_spectral(monkeypatch):
 
 @pytest.mark.parametrize('share', [0.5, 0.999])
 def test_the_outline_of_a_curve_is_spectral(share, monkeypatch):
-    """Of a cycloid ∫ √(1 − (s/f)²) ds is known; the substitution takes its cusp's root out."""
+    """Of a cycloid ∫ √(1 − (s/f)²) ds is known. A substitution removes the root at its cusp."""
     curve = Cycloid(0.0, 1.0, 1.0)
     exact = 0.5 * (share * math.sqrt(1.0 - share * share) + math.asin(share))
     errors = []

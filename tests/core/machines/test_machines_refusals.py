@@ -187,7 +187,7 @@ def unresolved(**trochlea):
 
 
 def test_a_lever_whose_inertia_no_series_resolves():
-    """Before anything starts, at sea, where the motion is integrated; the named remedy works."""
+    """Before anything starts, at sea, with integrated motion. The named remedy works."""
     heavy = {**LEVER, 'power': {'kind': 'weight', 'mass': 1.0}, 'ship': ROLL}
     error = unresolved(**heavy)
     assert (error.key, error.value, error.exit_code) == ('trochlea.inertia', 4e-4, 2)
@@ -211,7 +211,7 @@ def test_a_lever_whose_inertia_no_series_resolves():
     ids=lambda parts: parts['power']['kind'],
 )
 def test_a_release_too_far_for_any_series(parts):
-    """On a still ship, where the swing released is one series."""
+    """On a still ship the swing is one series."""
     far = {'cam': {'kind': 'involute', 'base_radius': 0.02}, **parts}
     error = unresolved(**far, release_angle=-60.0)
     assert (error.key, error.value) == ('trochlea.release_angle', -60.0)
@@ -281,7 +281,7 @@ def test_a_fluid_in_which_the_body_does_not_sink(fluid):
     assert caught.value.key == 'regulator.fluid_density'
 
 
-def test_a_mote_on_a_cycloid_is_refused_without_a_grid_of_its_whole_way():
+def test_a_mote_on_a_cycloid_is_refused_without_a_grid():
     with pytest.raises(SceneError, match='the fluid resists too strongly'):
         check_scene(in_fluid(diameter=1e-20, release_arc=0.4, curve='cycloid'))
 

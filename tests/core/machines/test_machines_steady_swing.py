@@ -165,9 +165,9 @@ def half_swing(machine: Machine, amplitude: float) -> tuple[float, float]:
         (HARMONIC, {'viscous': 1.25e-3}, 8e-3, 0.1, 0.0),
         (HARMONIC, {'viscous': 1e-4}, 0.0, 0.4, 4e-3),
         (HEAVY, {'viscous': 1e-4, 'quadratic': 1e-5, 'coulomb': 1e-4}, 1e-3, 0.3, 2e-3),
-        # recoil takes more than half of what the impulses give
+        # recoil takes more than half of the impulses
         (HEAVY, {'quadratic': 1e-5, 'coulomb': 1e-4}, 3e-3, -0.4, 2e-3),
-        # an unbalanced wheel whose heavy side hangs down, or stands up: an even well
+        # an unbalanced wheel, heavy side down or up: an even well
         (hung(HARMONIC, 0.0), {'quadratic': 2e-5}, 1e-3, 0.2, 0.0),
         (hung(HEAVY, math.pi), {'viscous': 1e-4, 'coulomb': 1e-4}, 2e-3, 0.3, 2e-3),
     ],
@@ -182,7 +182,7 @@ def test_the_steady_swing_repeats(machine, drag, energy, angle, recoil):
     assert 2.0 * time == pytest.approx(found.period, rel=1e-11)
 
 
-def test_without_drag_and_escapement_the_swing_is_the_one_released():
+def test_without_drag_and_drive_it_is_the_released_swing():
     found = steady_swing(replace(HEAVY, drag=None, escapement=None, release_angle=-0.7))
     assert isinstance(found, SteadySwing)
     assert (found.amplitude, found.time_constant) == (0.7, math.inf)
@@ -202,7 +202,7 @@ def test_what_has_no_steady_swing_says_why():
     assert 'released at 0.3 rad it does not swing beyond the 0.4 rad' in no_swing(
         HARMONIC, friction, 1e-3, -0.4, 0.3
     )
-    # E = 2 c₀ A: it would be 0.1 rad, where the thread's torque k A does not overcome c₀
+    # E = 2 c₀ A: at 0.1 rad the thread's torque k A does not overcome c₀
     held = {'coulomb': 0.2 * STIFFNESS}
     assert 'brings the wheel to rest' in no_swing(HARMONIC, held, 0.04 * STIFFNESS, 0.0)
     assert 'end of its range' in no_swing(HARMONIC, drag, 1e-2, 0.0)
@@ -251,14 +251,14 @@ def test_the_lever_swings_between_two_different_angles(angle):
     ('machine', 'direction', 'angle'), [(HARMONIC, 0.7, 0.2), (HEAVY, -1.2, 0.0)]
 )
 def test_an_unbalanced_wheel_swings_between_two_different_angles(machine, direction, angle):
-    """Where DOP853 brings it to and fro: the method errs by the square of the loss."""
+    """To and fro by DOP853: the method errs by the square of the loss."""
     wrong = []
     for part in (1.0, 0.5):
         this = clock(hung(machine, direction), {'viscous': part * 1e-5}, part * 1e-4, angle)
         found = steady_swing(this)
         assert isinstance(found, SteadySwing)
         amplitude, time = found.amplitude, 0.0
-        # the mirror image, whose positive side is the other
+        # the mirror image, with its sides exchanged
         turned = replace(this, imbalance=this.imbalance._replace(direction=-direction))
         for wheel in (turned, this):
             # from −A, that is from A of the mirror image

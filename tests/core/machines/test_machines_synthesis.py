@@ -116,7 +116,7 @@ def test_any_machine_keeps_its_period(inertia, force, softness, mass, part):
 
 def test_refusals():
     with pytest.raises(SynthesisError, match='slower by itself'):
-        # a pull that starts from nothing: the train is a pendulum of its own, too slow
+        # a pull that starts from 0: the train is a pendulum of its own, too slow
         synthesise(
             INERTIA,
             OMEGA,

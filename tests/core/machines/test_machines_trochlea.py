@@ -75,7 +75,7 @@ def test_arc(cam, mass):
     expected = [
         gauss(lambda s: np.sqrt(4e-4 + mass * cam.lever_arm(s) ** 2), each) for each in angle
     ]
-    # 60 points leave 1e-12 where √M nearly vanishes beside rest (mass 1000)
+    # 60 points leave 1e-12 as √M nearly vanishes near rest (mass 1000)
     np.testing.assert_allclose(regulator.arc(angle), expected, rtol=1e-11)
     np.testing.assert_array_equal(regulator.arc(-angle), -regulator.arc(angle))
     # chunk invariance: the same bits alone as in company
@@ -134,7 +134,8 @@ MASSLESS = {'kind': 'weight', 'mass': 0.2, 'massless': True}
 @pytest.mark.parametrize(
     ('changes', 'numbers', 'follows'),
     [
-        # carried mass, pulling mass, force, stiffness; γ = β or α_c (table of machine_at_sea.md)
+        # carried mass, pulling mass, force, stiffness, and γ = β or α_c (table of
+        # machine_at_sea.md)
         ({'power': FORCE}, (0.0, 0.0, 2.0, 0.0), False),
         ({'power': SPRING}, (0.0, 0.0, 2.0, 5.0), False),
         ({'power': WEIGHT}, (0.2, 0.2, 0.0, 0.0), True),

@@ -33,7 +33,7 @@ def test_the_pull_is_that_of_both():
 
 
 def test_its_synthesised_cam_keeps_one_period():
-    """Of every swing, by quadrature; under Euler's cam the swings differ by more than 1 %."""
+    """Of every swing, by quadrature. Under Euler's cam the swings differ by more than 1 %."""
     amplitudes = (0.1, 0.7, 1.4, 2.0)
     periods = [compile_machine(scene()).period(amplitude) for amplitude in amplitudes]
     np.testing.assert_allclose(periods, 1.5, rtol=1e-11)

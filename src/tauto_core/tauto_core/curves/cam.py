@@ -150,7 +150,7 @@ def arm_rounding(angle: ArrayLike, arm: ArrayLike, rate: ArrayLike) -> FloatArra
 class Cam(ABC):
     """A pair of mirror-image cheeks: t and ψ are odd in ϑ, lift, p, arc and R are even.
 
-    A cam gives `lever`, `range_rad` and its law at angles x = |ϑ| within the range, as arrays of
+    A cam gives `range_rad` and its law at angles x = |ϑ| within the range, as arrays of
     any shape: `_arm`, `_rate`, `_bend`, `_lift` and `_rate_gain`. `cams.table` has these for a cam
     given by a function (`Fitted`) or by points (`Table`).
 
@@ -167,9 +167,13 @@ class Cam(ABC):
     distance: float = math.inf
 
     @property
-    @abstractmethod
     def lever(self) -> LeverArm:
-        """The law of the lever arm as plain numbers, for kernels."""
+        """The law of the lever arm as plain numbers, for kernels, by default polynomials."""
+        return self._polynomials
+
+    @cached_property
+    def _polynomials(self) -> SmoothLever:
+        return smooth_lever(self.lever_arm, self.lift, self.range_rad, self.joints)
 
     @property
     @abstractmethod

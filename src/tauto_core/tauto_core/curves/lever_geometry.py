@@ -200,14 +200,7 @@ def clear(beta: FloatArray, pull_cosine: FloatArray, free: FloatArray) -> np.nda
 
 @dataclass(frozen=True)
 class LeverGeometry(LeverLinkage):
-    """The lengths of a lever machine, each > 0.
-
-    Attributes:
-        base_radius: r of the involute [m].
-        arm: AB, from the fulcrum to the thread [m].
-        length: l₀ of the free thread at rest [m].
-        inclination: β₀ of the lever above the level at rest [rad].
-    """
+    """A lever machine with an involute of base radius r, and lengths > 0 as in `LeverLinkage`."""
 
     base_radius: float
     arm: float

@@ -428,7 +428,7 @@ class AxleClock(InPlaceOfWheel):
     """A body on an axle, as numbers.
 
     Attributes:
-        body: the body, the curvature of the path of its axle's centre, and gravity.
+        body: the body, with the curvature of its path, and gravity.
         radius: b of the axle, or of a cradle's rockers [m].
         contact: 'smooth', 'rolling' or 'coulomb'.
         friction: μ of 'coulomb', largest force along the support over the contact force.

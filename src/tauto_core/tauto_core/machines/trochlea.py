@@ -423,18 +423,9 @@ THREADS = 'tauto_core.machines.threads'
 
 
 class Parts(NamedTuple):
-    """The parts that a thread joins to a machine.
+    """The parts that a thread joins to a `Machine`, with attributes as there.
 
-    Attributes:
-        inertia: I of the wheel [kg m2].
-        cam: cam on the wheel.
-        power: power that pulls the thread.
-        release_angle: angle of the wheel in its case at release, from rest [rad].
-        gravity: g [m/s2].
-        drag: torques against the motion in the case, including the friction of resting teeth.
-        escapement: the escapement.
-        imbalance: imbalance of the wheel.
-        heat: changes with temperature and age.
+    The drag includes the friction of resting teeth.
     """
 
     inertia: float

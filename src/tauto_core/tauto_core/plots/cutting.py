@@ -61,10 +61,6 @@ AMPLITUDES = (0.1, 0.2, 0.5, 1.0)
 """Amplitudes for the costs of a plate [rad], in addition to the release angle."""
 
 
-def _none() -> FloatArray:
-    return np.empty(0)
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class CamOutline:
     """The curve of a scene's cam, with its files and plate.
@@ -75,11 +71,10 @@ class CamOutline:
 
     Attributes:
         scene: the scene.
-        x_m: x of the point, across the direction of the thread at rest, (n,) [m].
-        y_m: y of the point, along that direction, (n,) [m].
-        radius_of_curvature_m: radius of curvature at the point, (n,) [m].
+        x_m, y_m: point, across and along the thread at rest, (n,) [m].
+        radius_of_curvature_m: radius of curvature, (n,) [m].
         angle_rad: angle of the wheel at which the thread leaves the point, (n,) [rad].
-        lever_arm_m: lever arm of the thread at that angle, (n,) [m].
+        lever_arm_m: lever arm at that angle, (n,) [m].
         arc_m: arc of a curve in a fluid from its lowest point, (n,) [m].
         slope: sine of its inclination, (n,).
         files: the files written.
@@ -94,10 +89,10 @@ class CamOutline:
     x_m: FloatArray
     y_m: FloatArray
     radius_of_curvature_m: FloatArray
-    angle_rad: FloatArray = field(default_factory=_none)
-    lever_arm_m: FloatArray = field(default_factory=_none)
-    arc_m: FloatArray = field(default_factory=_none)
-    slope: FloatArray = field(default_factory=_none)
+    angle_rad: FloatArray = field(default_factory=lambda: np.empty(0))
+    lever_arm_m: FloatArray = field(default_factory=lambda: np.empty(0))
+    arc_m: FloatArray = field(default_factory=lambda: np.empty(0))
+    slope: FloatArray = field(default_factory=lambda: np.empty(0))
     files: tuple[Path, ...] = ()
     reach_rad: float | None = None
     acts_from_rad: float | None = None
@@ -208,7 +203,7 @@ def outline_of(
     """Return a scene's cam, or its curve in a fluid, and write or replace its files.
 
     Args:
-        scene: the scene.
+        scene: the scene, after `check_cut` of the other arguments.
         files: paths by the argument of `tauto.cam`.
         sizes: thickness of the thread and sizes of a plate [mm], by name.
         is_plate: whether to make a plate.
@@ -217,12 +212,11 @@ def outline_of(
         lines: whether a DXF has chords in place of arcs.
 
     Raises:
-        UsageError: see `check_cut` and `plate_of`, a reach beyond the cam, a thread that it cannot
-            guide, or either of these for a curve in a fluid.
+        UsageError: see `plate_of`, a reach beyond the cam, a thread that it cannot guide, or
+            either of these for a curve in a fluid.
         SceneError: a cam or curve that cannot be built.
         OutputError: a file that cannot be written.
     """
-    check_cut(files, sizes, is_plate, points)
     plate = plate_of(scene, reach_rad, sizes) if is_plate else None
     thread_mm = plate.plate.cheek.thread if plate else sizes.get('thread_mm', 0.0)
     outline, table, drawing = (_fluid_curve if scene.trochlea is None else _cheeks)(
@@ -250,8 +244,6 @@ def outline_of(
     if 'dxf' in files:
         write_output(files['dxf'], drawing.dxf(sizes.get('tolerance_mm', 1e-4) if lines else None))
     written += [files[kind] for kind in DRAWN if kind in files]
-    if plate is not None:
-        plate = replace(plate, files=tuple(written))
     return replace(outline, files=tuple(written), plate=plate)
 
 
@@ -689,7 +681,6 @@ class ScenePlate:
         cam: the cam.
         setting: the machine of the cam.
         rates: the effect of the plate on the rate of free swings on land.
-        files: its files.
     """
 
     name: str
@@ -697,7 +688,6 @@ class ScenePlate:
     cam: Cam
     setting: Setting
     rates: PlateRates
-    files: tuple[Path, ...] = ()
 
     def words(self, *, tool: bool = True) -> list[str]:
         """Return the dimensions and costs in words, a line each, with the tool if drawn."""

@@ -26,11 +26,9 @@ from tauto_core.curves.cam import (
     ForceLaw,
     PeriodCam,
     Setting,
-    SmoothLever,
     SpringLever,
     hollow,
     rate_for_period,
-    smooth_lever,
 )
 from tauto_core.curves.cams.linear import LinearCam
 from tauto_core.curves.numerics import (
@@ -91,11 +89,6 @@ class WeightCorrected(CorrectedCam):
     rate: float
     mass_ratio: float
     distance: float = math.inf
-
-    @cached_property
-    def lever(self) -> SmoothLever:
-        """The law of the lever arm as plain numbers."""
-        return smooth_lever(self.lever_arm, self.lift, self.range_rad)
 
     @property
     def suits(self) -> tuple[float, float]:
@@ -338,11 +331,6 @@ class ForceTableCorrected(CorrectedCam):
     law: ForceLaw
     distance: float = math.inf
 
-    @cached_property
-    def lever(self) -> SmoothLever:
-        """The law of the lever arm as plain numbers."""
-        return smooth_lever(self.lever_arm, self.lift, self.range_rad, self.joints)
-
     @property
     def _stiffness(self) -> float:
         """I ω² = F(0) b [N m/rad]."""
@@ -448,11 +436,6 @@ class EquivalentCam(Cam):
     cam: Cam
     law: ForceLaw
     scale: float = 1.0
-
-    @cached_property
-    def lever(self) -> SmoothLever:
-        """The law of the lever arm as plain numbers."""
-        return smooth_lever(self.lever_arm, self.lift, self.range_rad, self.joints)
 
     @cached_property
     def range_rad(self) -> float:

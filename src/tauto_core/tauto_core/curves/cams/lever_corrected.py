@@ -56,12 +56,8 @@ class CorrectedLeverGeometry(LeverLinkage):
     """Cam, thread and lever of an isochronous lever machine.
 
     Attributes:
-        inertia: I of the wheel [kg m2], > 0.
         frequency: ω of the cam [rad/s], > 0.
-        weight_torque: W = m g AD of the weight about the fulcrum, the lever level [N m], > 0.
-        turned_inertia: J of weight and lever about the fulcrum [kg m2], ≥ 0.
-        arm: AB, from the fulcrum to the thread [m], > 0.
-        length: length of the free thread at rest [m], > 0.
+        inertia, weight_torque, turned_inertia, arm, length: as in `LeverSetting`.
     """
 
     inertia: float
@@ -167,11 +163,16 @@ class CorrectedLeverGeometry(LeverLinkage):
         """Return the cam for another wheel [kg m2]."""
         return replace(self, inertia=inertia)
 
-    def _theta_rate(self, tau: Any) -> Any:
-        """Return dθ/dτ, NaN beyond the angle at which the lever takes the whole energy."""
+    @staticmethod
+    def _angle(tau: Any) -> tuple[Any, Any, Any]:
+        """Return τ⁴, sin β and cos β."""
         square = tau * tau
         quartic = square * square
-        sine, cosine = 2.0 * square / (1.0 + quartic), (1.0 - quartic) / (1.0 + quartic)
+        return quartic, 2.0 * square / (1.0 + quartic), (1.0 - quartic) / (1.0 + quartic)
+
+    def _theta_rate(self, tau: Any) -> Any:
+        """Return dθ/dτ, NaN beyond the angle at which the lever takes the whole energy."""
+        quartic, sine, cosine = self._angle(tau)
         balance = self.weight_torque * (cosine * cosine)
         balance = balance - 2.0 * self.turned_inertia * self.frequency**2 * sine
         balance = np.where(np.real(balance) > 0.0, balance, np.nan)
@@ -180,10 +181,8 @@ class CorrectedLeverGeometry(LeverLinkage):
 
     def _raised(self, tau: Any) -> tuple[Any, Any, Any]:
         """Return β, ρ = dβ/dθ and dρ/dθ, for a thread tied or on an arc."""
-        square = tau * tau
-        quartic = square * square
-        sine, cosine = 2.0 * square / (1.0 + quartic), (1.0 - quartic) / (1.0 + quartic)
-        beta = 2.0 * np.arctan(square)
+        quartic, sine, cosine = self._angle(tau)
+        beta = 2.0 * np.arctan(tau * tau)
         ratio = 4.0 * tau / (1.0 + quartic) / self._theta_rate(tau)
         torque, stiff = self.weight_torque, self.frequency**2
         balance = torque * (cosine * cosine) - 2.0 * self.turned_inertia * stiff * sine
@@ -193,9 +192,7 @@ class CorrectedLeverGeometry(LeverLinkage):
     @np.errstate(invalid='ignore', divide='ignore')
     def _line(self, tau: Any) -> ThreadLine:
         """Return the thread's line, NaN beyond the cam."""
-        square = tau * tau
-        quartic = square * square
-        sine, cosine = 2.0 * square / (1.0 + quartic), (1.0 - quartic) / (1.0 + quartic)
+        quartic, sine, cosine = self._angle(tau)
         beta, ratio, bend = self._raised(tau)
         # B from C, less ρ AB along the lever; 1 − cos β without cancellation
         across = -self.arm * (2.0 * quartic / (1.0 + quartic) + ratio * cosine)

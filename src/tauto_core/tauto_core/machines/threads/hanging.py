@@ -170,14 +170,10 @@ class HangingMachine:
         mass: m of the weight [kg], > 0.
         base_radius: r of the involute [m], > 0.
         length: l₀ of the free thread at rest [m], > 0.
-        gravity: g [m/s2].
-        drag: torques on the wheel against its motion in the case, or None.
-        escapement: impulses on the wheel, or None.
+        gravity, drag, escapement, heat, stops_when_slack: as in `Machine`.
         release_angle: angle of the wheel in its case at release, from rest, with the thread
             plumb [rad].
         damping: c, of the lean of the thread in the case [N m s].
-        heat: changes of wheel, cam and oil with temperature and age.
-        stops_when_slack: whether the motion ends when the thread goes slack.
         stiffness: κ of a spring that pulls the weight down [N/m], 0 without one.
     """
 

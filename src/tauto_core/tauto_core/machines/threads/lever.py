@@ -48,13 +48,9 @@ class LeverMachine:
         lever_inertia: moment of inertia of the balanced lever itself about its fulcrum [kg m2],
             ≥ 0.
         geometry: cam, thread and lever.
-        gravity: g [m/s2].
-        drag: torques against the motion in the case, or None.
-        escapement: the escapement, or None.
-        release_angle: angle of the wheel in its case at release, from rest [rad].
+        gravity, drag, escapement, release_angle, stops_when_slack: as in `Machine`.
         tail: mass [kg] and distance from the fulcrum [m] of the weight on the lever's tail.
         heat: changes with temperature and age. Wheel, cam, lever and thread grow alike.
-        stops_when_slack: whether the motion ends when the thread goes slack.
         force: P, a pull without mass at the lever at rest, from far off along the case's vertical
             [N], 0 for a weight.
         law: dependence of that pull on the draw, None if it is constant. It is scaled to P at
