@@ -648,13 +648,14 @@ def forecast(
     machine: AnyMachine | InPlaceOfWheel,
     motion: ShipMotion,
     progress: Callable[[float], None] | None = None,
-    trial_s: float = TRIAL_RUN_S,
+    trial_s: float | None = None,
 ) -> Forecast:
     """Return the expected cost and error of a scene that runs, with its machine and motion.
 
     `progress` is called with the fraction done of the trials. They take about `trial_s` of
     processor time, by default `TRIAL_RUN_S`, and as much for growth [s].
     """
+    trial_s = TRIAL_RUN_S if trial_s is None else trial_s
     if isinstance(machine, AxleClock):
         return _forecast_on_axle(scene, machine, motion)
     if isinstance(machine, FluidPendulum):
