@@ -35,7 +35,7 @@ from tauto_core.samples import (
     same,
     take,
 )
-from tauto_core.scene import load_scene
+from tauto_core.scene import Scene, load_scene
 from tauto_core.scene.errors import PropagationError
 from tauto_core.ship.imu import imu_from_roll, mounted, quaternion_of_angles
 
@@ -58,6 +58,11 @@ def sensor(seconds: float = 30.0, rate_hz: float = 50.0, first: float = 0.0) -> 
     return imu_from_roll(stamps, roll, rate, forces[0] + noise[0], forces[1] + noise[1])
 
 
+def at_rate(rate_hz: float) -> Scene:
+    """The scene at another rate of the ship's samples."""
+    return SCENE.model_copy(update={'ship': SCENE.ship.model_copy(update={'rate': rate_hz})})
+
+
 def said_of(stage, parts: Sequence[ImuSamples]):
     """All output of a stage for its motion, by topic."""
     return merged([*(stage.feed({SHIP_IMU: part}) for part in parts), stage.finish()])
@@ -67,12 +72,30 @@ def errors_s(reading: TimeSamples):
     return (reading.time_ref_ns - reading.stamp_ns) * 1e-9
 
 
-def test_a_clean_sensor_reads_as_without_guards():
-    guarded = said_of(LiveTrochlea(SCENE), [sensor(rate_hz=20.0)])
-    plain = said_of(TrochleaStage(SCENE, anchor='first'), [sensor(rate_hz=20.0)])
-    np.testing.assert_array_equal(guarded[READING].time_ref_ns, plain[READING].time_ref_ns)
-    np.testing.assert_array_equal(guarded[JOINT_STATES].position, plain[JOINT_STATES].position)
-    assert set(guarded[READING].source) == {'dial, set 1700000000.000000000 s'}
+def test_a_clean_sensor_moves_the_wheel_as_without_guards():
+    """To the bit; a reading looks ahead by a straight line, through noise of 20 Hz."""
+    guarded, plain = LiveTrochlea(SCENE), TrochleaStage(SCENE, anchor='first')
+    early, late = (stage.feed({SHIP_IMU: sensor(rate_hz=20.0)}) for stage in (guarded, plain))
+    np.testing.assert_equal(guarded.state()['stage'], plain.state())
+    errors = [errors_s(one[READING])[: len(late[READING].stamp_ns)] for one in (early, late)]
+    assert np.abs(errors[0] - errors[1]).max() < 2e-3
+    assert set(early[READING].source) == {'dial, set 1700000000.000000000 s'}
+
+
+@pytest.mark.parametrize('rate_hz', [20.0, 100.0, 173.0])
+def test_a_reading_comes_with_the_first_sample_past_it(rate_hz: float):
+    """And agrees with a clock that waits for samples of 200 Hz on either side."""
+    stage, imu = LiveTrochlea(SCENE), quiet(rate_hz, 30.0)
+    fast = errors_s(said_of(TrochleaStage(at_rate(200.0), 'first'), [quiet(200.0, 30.0)])[READING])
+    stage.feed({SHIP_IMU: take(imu, imu.stamp_ns < START_NS + 3.5e9)})
+    for number in np.flatnonzero(imu.stamp_ns >= START_NS + 3.5e9).tolist():
+        reading = stage.feed({SHIP_IMU: take(imu, slice(number, number + 1))}).get(READING)
+        passed = imu.stamp_ns[number - 1 : number + 1] // 10**9
+        assert (reading is not None) == (passed[0] < passed[1])
+        if reading is not None:
+            assert errors_s(reading) == pytest.approx(
+                fast[passed[1] - START_NS // 10**9], abs=1e-4
+            )
 
 
 @pytest.mark.parametrize('gap_us', [0, 20, 300, 1_000, 3_000, 8_000])

@@ -92,6 +92,17 @@ def stays(*names: str):
     )
 
 
+def axis_stays(name: str, axis: int):
+    """Freeze one number at its first value, which is not 0."""
+
+    def spoil(imu):
+        numbers = getattr(imu, name).copy()
+        numbers[:, axis] = numbers[0, axis]
+        return replace(imu, **{name: numbers})
+
+    return spoil
+
+
 ALL = ('orientation', 'angular_velocity', 'linear_acceleration')
 FAULTS = {
     'deg_s': (scaled('angular_velocity', 57.2957795), 'is it in deg/s?'),
@@ -104,6 +115,14 @@ FAULTS = {
     'dead_gyro': (scaled('angular_velocity', 0.0), 'are both alive'),
     'dead_attitude': (stays('orientation'), 'are both alive'),
     'frozen': (stays(*ALL), 'all its numbers have stayed the same for a second'),
+    'dead_axis': (
+        axis_stays('linear_acceleration', 1),
+        'y of linear_acceleration has stayed the same for 10 s',
+    ),
+    'dead_yaw': (
+        axis_stays('angular_velocity', 2),
+        'z of angular_velocity has stayed the same for 10 s',
+    ),
     'dead_force': (scaled('linear_acceleration', 0.0), 'the accelerometer dead?'),
     'in_g': (scaled('linear_acceleration', 1.0 / 9.81), 'is it in g?'),
     'no_gravity': (

@@ -10,7 +10,7 @@ the readings state by how much. The dial is set again only on request or if all 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import ClassVar, cast
 
@@ -69,6 +69,8 @@ GROWTH_RELEASES = 0.25
 """Growth from one reading to the next that is always accepted, over the release."""
 
 
+LATEST_NS = 2**63 - 1
+"""A stamp after all others."""
 _UNUSABLE = 'the dial stands still: ship/imu cannot be used'
 
 # -----------------------------------------------------------------------------
@@ -86,7 +88,8 @@ for 0.2 degrees of noise of the attitude."""
 FIRST_S, WINDOW_S = 3.0, 10.0
 """Length of the test of a sensor at the start, before its first use, and later [s]."""
 STUCK_S, NO_FORCE = 1.0, 0.002
-"""Time after which equal numbers, or a force below this share of g, are a fault [s]."""
+"""Time after which equal numbers, or a force below this share of g, are a fault [s]. A single axis
+may repeat itself for a window: a coarse sensor in harbour does."""
 LONGEST_S = 2.0
 """Longest time between samples of a block [s]."""
 
@@ -98,10 +101,17 @@ SLOWEST_S = 0.25
 """Largest distance of samples that show how the ship turns [s]."""
 
 
+_RESTART = 'Restart the sensor, or its driver'
 _STUCK = (
-    'all its numbers have stayed the same for a second. Restart the sensor, or its driver',
+    *(
+        f'{axis} of {vector} has stayed the same for {WINDOW_S:g} s. {_RESTART}'
+        for vector in ('angular_velocity', 'linear_acceleration')
+        for axis in 'xyz'
+    ),
+    f'all its numbers have stayed the same for a second. {_RESTART}',
     'no force for a second, and no ship falls: is gravity removed, or the accelerometer dead?',
 )
+_STUCK_NS = np.array([round(WINDOW_S * NS_PER_S)] * 6 + [round(STUCK_S * NS_PER_S)] * 2)
 
 
 class SensorWatch(Stateful):
@@ -120,7 +130,7 @@ class SensorWatch(Stateful):
     def __init__(self, gravity: float) -> None:
         self._gravity = gravity
         self._last = np.full(10, math.nan)
-        self._stuck_ns = np.full(2, NOTHING_YET)
+        self._stuck_ns = np.full(len(_STUCK), NOTHING_YET)
         self.begin()
 
     def begin(self, window_s: float = FIRST_S) -> None:
@@ -137,21 +147,24 @@ class SensorWatch(Stateful):
     def stuck(self, imu: ImuSamples) -> tuple[NDArray[np.bool_], str]:
         """Return which samples are of a stuck sensor, and the fault of the last one.
 
-        A simulated sensor at rest repeats itself, too, but its gyro is exactly 0.
+        A simulated sensor at rest repeats itself, too, but its gyro is exactly 0. So is a single
+        axis without motion.
         """
         rows = np.hstack((imu.orientation, imu.angular_velocity, imu.linear_acceleration))
-        same = (rows == np.vstack((self._last, rows[:-1]))).all(axis=1)
-        same &= rows[:, 4:7].any(axis=1)
+        same: NDArray[np.bool_] = rows == np.vstack((self._last, rows[:-1]))
+        same &= np.logical_or.reduce(rows[:, 4:7], axis=1, keepdims=True)
         weightless = np.linalg.norm(rows[:, 7:], axis=1) < NO_FORCE * self._gravity
-        stamps = np.column_stack((imu.stamp_ns, imu.stamp_ns))
+        axes = same[:, 4:] & (rows[:, 4:] != 0.0)
+        hangs = np.column_stack((axes, same.all(axis=1), weightless))
+        stamps = np.repeat(imu.stamp_ns[:, None], len(_STUCK), axis=1)
         if self._stuck_ns[0] == NOTHING_YET:
             self._stuck_ns = stamps[0]
-        alive = np.where(np.column_stack((same, weightless)), NOTHING_YET, stamps)
+        alive = np.where(hangs, NOTHING_YET, stamps)
         since = np.maximum.accumulate(np.vstack((self._stuck_ns, alive)))[1:]
         self._last, self._stuck_ns = rows[-1], since[-1]
-        faults = stamps - since > STUCK_S * NS_PER_S
+        faults: NDArray[np.bool_] = stamps - since > _STUCK_NS
         words = [words for words, is_so in zip(_STUCK, faults[-1], strict=True) if is_so]
-        return faults[:, 0] | faults[:, 1], words[-1] if words else ''
+        return np.logical_or.reduce(faults, axis=1), words[-1] if words else ''
 
     def feed(self, imu: ImuSamples) -> int:
         """Take samples up to the end of the window and return their number."""
@@ -402,6 +415,7 @@ class LiveTrochlea(Stateful):
         self._held: list[ImuSamples] | None = []
         self._told_ns: dict[str, int] = {}
         self._newest_ns, self._standing, self._step_ns = NOTHING_YET, 0, scene.step_ns
+        self._log_ns, self._lookahead = scene.log_interval_ns, scene.samples_beyond_end + 2
 
     @property
     def inputs(self) -> tuple[str, ...]:
@@ -532,20 +546,49 @@ class LiveTrochlea(Stateful):
                 self._counts['sensor_refused'] += len(imu.stamp_ns)
                 self._continuity.restart()
         if self._held is None:
-            self._move(self._continuity.feed(imu), said)
+            self._move(self._continuity.feed(imu, self._is_due), said)
 
-    def _move(self, parts: list[MotionRun], said: list[Batches]) -> None:
+    def _is_due(self, stamp_ns: int) -> bool:
+        return self._run is not None and stamp_ns >= self._run.due_ns
+
+    def _hasten(self, said: list[Batches]) -> None:
+        """Publish the logged instants up to now, with the motion continued by a straight line.
+
+        The wheel itself goes on with the measured motion, once that is complete.
+        """
+        due_ns = LATEST_NS if self._run is None else self._run.due_ns
+        ahead = self._continuity.ahead(due_ns, self._lookahead)
+        if ahead is None:
+            return
+        before, early, now_ns = self.state(), list[Batches](), self._continuity.last_ns
+        try:
+            self._believe(self._stage.feed(self._moved(ahead)), early, now_ns)
+        except PropagationError:
+            early = []
+        run, shown = self._run, self._shown
+        self.restore(before)
+        if early:
+            self._run, self._shown = run, shown
+            said += early
+
+    def _moved(self, imu: ImuSamples) -> Batches:
+        """Return the stage's next input, with the temperatures that it needs."""
+        self._limits.feel(imu)
+        moved: Batches = {SHIP_IMU: imu}
+        if self._thermometer is not None:
+            moved[SHIP_TEMPERATURE] = self._thermometer.during(imu.stamp_ns)
+        return moved
+
+    def _move(self, parts: Iterable[MotionRun], said: list[Batches]) -> None:
         for part in parts:
             if part.begins:
                 # a run without any reading is dropped
-                if self._run is not None and self._run.said:
+                if self._run is not None and self._run.due_ns > self._run.origin_ns:
                     self._believe(self._stage.finish(), said)
                 self._begin(int(part.imu.stamp_ns[0]), part.stepped_ns)
-            self._limits.feel(part.imu)
-            moved: Batches = {SHIP_IMU: part.imu}
-            if self._thermometer is not None:
-                moved[SHIP_TEMPERATURE] = self._thermometer.during(part.imu.stamp_ns)
-            self._believe(self._stage.feed(moved), said)
+            if len(part.imu.stamp_ns):
+                self._believe(self._stage.feed(self._moved(part.imu)), said)
+            self._hasten(said)
 
     def _begin(self, origin_ns: int, stepped_ns: int) -> None:
         """Release the wheel again, and account for the time since the last reading."""
@@ -556,7 +599,7 @@ class LiveTrochlea(Stateful):
         shown = self._shown
         resets, self._all_back = self._resets or self._all_back, False
         if shown is None:
-            self._run = DialRun(DialSetting(origin_ns), origin_ns, origin_ns)
+            self._run = DialRun(DialSetting(origin_ns), origin_ns, origin_ns, origin_ns)
             return
         stepped_ns = max(stepped_ns, shown.stamp_ns - origin_ns)
         back = f'the stamps of ship/imu went back by {stepped_ns / NS_PER_S:.6g} s: the dial '
@@ -566,7 +609,7 @@ class LiveTrochlea(Stateful):
             back, resets, stepped_ns, self._anew = 'on request the dial ', True, 1, False
         if stepped_ns > 0 and resets:
             again = DialSetting(origin_ns, number=shown.setting.number + 1)
-            self._run = DialRun(again, origin_ns, origin_ns)
+            self._run = DialRun(again, origin_ns, origin_ns, origin_ns)
             self._counts['dial_settings'] += 1
             self._news.append(f'{back}is set anew, to {origin_ns / NS_PER_S:.3f} s')
             return
@@ -577,7 +620,7 @@ class LiveTrochlea(Stateful):
             stops=known.stops + 1,
             unsure_ns=known.unsure_ns + max(stepped_ns, 0),
         )
-        self._run = DialRun(setting, origin_ns, shown.dial_ns)
+        self._run = DialRun(setting, origin_ns, shown.dial_ns, origin_ns)
         self._counts['dial_stops'] += 1
         if stepped_ns > 0:
             self._news.append(
@@ -600,18 +643,24 @@ class LiveTrochlea(Stateful):
         self._say('stop', self._newest_ns, f'the dial stopped: {why}')
         self._continuity.restart()
 
-    def _believe(self, batches: Batches, said: list[Batches]) -> None:
-        """Check the output of the stage, and add the dial's readings."""
+    def _believe(self, batches: Batches, said: list[Batches], until_ns: int = LATEST_NS) -> None:
+        """Check the output of the stage, and add what is not published yet, up to `until_ns`."""
         run, wheel = self._run, batches.get(JOINT_STATES)
         if run is None or not isinstance(wheel, JointSamples) or not len(wheel.stamp_ns):
             return
         self._limits.check(wheel, run.origin_ns)
-        reading = cast(TimeSamples, batches[READING])
+        fresh = {
+            topic: take(part, (part.stamp_ns >= run.due_ns) & (part.stamp_ns <= until_ns))
+            for topic, part in cast(dict[str, TimeSamples], batches).items()
+        }
+        reading = fresh[READING]
+        if not len(reading.stamp_ns):
+            return
         dial = reading.time_ref_ns + (run.base_ns - run.origin_ns)
-        source = same(run.setting.source(), len(dial))
-        said.append({**batches, READING: replace(reading, time_ref_ns=dial, source=source)})
-        self._run = replace(run, said=True)
-        self._shown = ShownReading(int(reading.stamp_ns[-1]), int(dial[-1]), run.setting)
+        source, last_ns = same(run.setting.source(), len(dial)), int(reading.stamp_ns[-1])
+        said.append({**fresh, READING: replace(reading, time_ref_ns=dial, source=source)})
+        self._run = replace(run, due_ns=last_ns + self._log_ns)
+        self._shown = ShownReading(last_ns, int(dial[-1]), run.setting)
 
     def health(self) -> dict[str, int]:
         """Return the numbers of refused and omitted samples, bridged gaps and stops."""
@@ -621,12 +670,14 @@ class LiveTrochlea(Stateful):
 
 @dataclass(frozen=True)
 class DialRun:
-    """A run: setting of the dial, start of the run, reading of the dial there."""
+    """A run: setting of the dial, start of the run, reading of the dial there; the next instant
+    that is published.
+    """
 
     setting: DialSetting
     origin_ns: int
     base_ns: int
-    said: bool = False
+    due_ns: int
 
 
 @dataclass(frozen=True)

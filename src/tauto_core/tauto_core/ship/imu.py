@@ -7,7 +7,7 @@ right-handed about x, positive with starboard down. Equations: theory/ship.md.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 from typing import Literal, NamedTuple, TypeAlias, TypeVar
@@ -405,6 +405,9 @@ cube."""
 FILLED = 3.0
 """A step longer than this multiple of the one before is filled with interpolated samples."""
 
+LINE_STEPS = 4
+"""Steps of the scene over which a straight line continues the motion for the reading of now."""
+
 JUMP_RAD = 0.05
 """Largest change of roll that the gyro does not explain: above sensor errors, harmless to a clock.
 """
@@ -427,7 +430,7 @@ class MotionRun(NamedTuple):
 
     Attributes:
         imu: the samples.
-        begins: whether the first one begins a new motion.
+        begins: whether this one sample begins a new motion.
         stepped_ns: step back of its stamp behind the last good one, if any.
     """
 
@@ -477,54 +480,63 @@ class Continuity(Stateful):
             return 0.0
         return (self._suspects[-1][0].stamp_ns - self._last.stamp_ns) * 1e-9
 
+    @property
+    def last_ns(self) -> int:
+        """Stamp of the last good sample of the run [ns]; -1: there is none."""
+        return -1 if self._last is None else self._window[-1][0]
+
     def restart(self) -> None:
         """Begin a new run with the next sample."""
         self._last = self._kept = None
         self._waiting, self._astray = [], 0
         self._drop_suspects()
 
-    def feed(self, imu: ImuSamples) -> list[MotionRun]:
-        """Return the samples to use, in runs. Their content must have been screened."""
-        return list(self._runs(imu))
+    def feed(
+        self, imu: ImuSamples, is_due: Callable[[int], bool] = lambda _: False
+    ) -> Iterator[MotionRun]:
+        """Yield the samples to use, in runs. Their content must have been screened.
 
-    def finish(self) -> list[MotionRun]:
-        """Return the last samples, which were waiting for later ones, without averaging."""
-        left, self._waiting = self._waiting, []
-        return [MotionRun(join(left), False)] if left else []
-
-    def _runs(self, imu: ImuSamples) -> Iterator[MotionRun]:
+        A part also ends, perhaps without samples, at each good sample if `is_due` of its stamp.
+        """
         motion = attitude(imu)
         places = list(
             map(RollSample, imu.stamp_ns.tolist(), motion.roll.tolist(), motion.roll_rate.tolist())
         )
         parts: list[ImuSamples] = []
-        begins = False
         for index, place in enumerate(places):
             one = take(imu, slice(index, index + 1))
             if self._last is None:
-                self._before_ns, begins, parts = self._step_ns, True, [one]
-                self._last, self._kept = place, one
+                self._before_ns, self._last, self._kept = self._step_ns, place, one
                 self._window, self._nodes, self._means = [_row(one)], [place.stamp_ns], []
+                yield MotionRun(one, True)
             elif self._goes_on(self._last, place) and not self._steps_back(place):
                 self._drop_suspects()
                 self._astray = 0
                 parts += self._spaced(place, one)
+                if is_due(place.stamp_ns):
+                    yield MotionRun(join(parts) if parts else take(one, slice(0, 0)), False)
+                    parts = []
             elif place.stamp_ns == self._last.stamp_ns:
                 self.counts['duplicated'] += 1
             elif (again := self._suspected(place, one)) is not None:
                 if parts := [*parts, *self._waiting]:
-                    yield MotionRun(join(parts), begins)
+                    yield MotionRun(join(parts), False)
                 stepped_ns = self._last.stamp_ns - int(again.stamp_ns[0])
                 if stepped_ns < 0:
                     self._remember(self._last.stamp_ns, int(again.stamp_ns[0]))
                 else:
                     self._gaps.clear()
                 self.restart()
-                for run in self._runs(again):
+                for run in self.feed(again, is_due):
                     yield run._replace(stepped_ns=max(stepped_ns, 0))
-                begins, parts = False, []
+                parts = []
         if parts:
-            yield MotionRun(join(parts), begins)
+            yield MotionRun(join(parts), False)
+
+    def finish(self) -> list[MotionRun]:
+        """Return the last samples, which were waiting for later ones, without averaging."""
+        left, self._waiting = self._waiting, []
+        return [MotionRun(join(left), False)] if left else []
 
     def _goes_on(self, before: RollSample, now: RollSample) -> bool:
         elapsed_ns = now.stamp_ns - before.stamp_ns
@@ -597,7 +609,8 @@ class Continuity(Stateful):
         if self._window[-1][0] == last_ns or elapsed_ns > FILLED * usual_ns:
             # without samples in between there is no mean to wait for
             parts = [*self._waiting, one]
-            self._waiting, self._window, self._nodes, self._means = [], [], [], []
+            self._waiting, self._nodes, self._means = [], [], []
+            self._window = self._window[-LINE_STEPS:]
         if elapsed_ns > FILLED * usual_ns:
             self.counts['bridged_gaps'] += 1
             self._remember(last_ns, place.stamp_ns)
@@ -612,6 +625,29 @@ class Continuity(Stateful):
             if len(self._waiting) > 2:
                 parts = [self._averaged(self._waiting.pop(0))]
         return parts
+
+    def ahead(self, due_ns: int, number: int) -> ImuSamples | None:
+        """Return the samples that wait and the next `number`, as a straight line predicts them.
+
+        The line is fitted to all good samples of the last `LINE_STEPS` steps, with Hann's weights.
+        None: fewer than two, or the latest good sample is before `due_ns`.
+        """
+        now_ns, step_ns = self.last_ns, self._usual_ns
+        window = [each for each in self._window if each[0] >= now_ns - LINE_STEPS * step_ns]
+        if self._last is None or now_ns < due_ns or len(window) < 2:
+            return None
+        rows = np.array([row for _, row in window])
+        rows[:, :4] *= np.sign(rows[:, :4] @ rows[-1, :4])[:, None]
+        waiting = [int(one.stamp_ns[0]) for one in self._waiting]
+        after = (self._last.stamp_ns + step_ns * k for k in range(1, number + 1))
+        stamps = np.array([*waiting, *after])
+        span_ns = now_ns - window[0][0]
+        since = np.array([stamp_ns - now_ns for stamp_ns, _ in window]) / span_ns
+        hann = np.sin(np.pi * (0.02 - since) / 1.04)
+        level, slope = np.polynomial.polynomial.polyfit(since, rows, 1, w=hann)
+        rows = level + ((stamps - now_ns) / span_ns)[:, None] * slope
+        attitudes = rows[:, :4] / np.linalg.norm(rows[:, :4], axis=1)[:, None]
+        return sensed(stamps, attitudes, rows[:, 4:7], rows[:, 7:])
 
     def _averaged(self, one: ImuSamples) -> ImuSamples:
         """Return the mean of the samples about a kept one, up to the second kept after it."""
