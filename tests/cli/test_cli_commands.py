@@ -14,7 +14,7 @@ from typer.testing import CliRunner, Result
 
 from tauto_core import voyage
 from tauto_core.cli.app import app
-from tauto_core.cli.scene import shipped_summary
+from tauto_core.cli.shown import shipped_summary
 from tauto_core.scene import load_scene, shipped_scenes
 from tauto_core.scene.reference import CHOICES
 from tauto_core.scene.sections import kind_of, kinds_in
@@ -248,7 +248,7 @@ def test_an_interrupt_that_python_loses_in_a_callback_ends_a_command() -> None:
     program = (
         'import os, signal, sys, time, weakref\n'
         'from tauto_core.cli import main\n'
-        'from tauto_core.cli import scene\n'
+        'from tauto_core.cli import shown\n'
         'signal.signal(signal.SIGINT, signal.default_int_handler)\n'
         'class Lock:\n    pass\n'
         'def lose(_):\n    os.kill(os.getpid(), signal.SIGINT)\n'
@@ -257,7 +257,7 @@ def test_an_interrupt_that_python_loses_in_a_callback_ends_a_command() -> None:
         '    kept = weakref.ref(lock, lose)\n'
         '    del lock\n'
         '    time.sleep(60.0)\n'
-        'scene.shipped_summary = summary\n'
+        'shown.shipped_summary = summary\n'
         'sys.argv = ["tauto", "scenes"]\n'
         'main()\n'
     )
@@ -342,13 +342,13 @@ def test_a_decimal_comma_is_understood() -> None:
         check=False,
     )
     assert run.returncode == 2
-    assert 'Write 0.5, with a decimal point' in run.stderr
+    assert 'has a decimal comma. Write 0.5' in run.stderr
 
 
 @pytest.mark.parametrize(
     ('line', 'words'),
     [
-        ('  inertia: 0,0004', 'has a decimal comma: write 0.0004'),
+        ('  inertia: 0,0004', 'has a decimal comma. '),
         ('  power: {mass: 0,322}', 'Write 0.322 with a decimal point if 0,322 is meant'),
         ('  cam: {kind: involut}', 'Did you mean involute?'),
         ('  thread: {kind: virtical}', 'Did you mean vertical?'),
@@ -412,7 +412,7 @@ def test_null_removes_a_key_that_may_be_absent() -> None:
         ('escapment=null', 'Did you mean `escapement`'),
         ('trochlea.cam.base_radiu=~', 'trochlea.cam.base_radiu: is not a key of'),
         ('voyage.departure=[50.8', "'voyage.departure=[50.8, -1.1]'"),
-        ('trochlea.release_angle=0,3', 'write 0.3'),
+        ('trochlea.release_angle=0,3', 'Write 0.3.'),
         ('trochlea.release_angel=0.3', 'Did you mean `release_angle`'),
     ],
 )
@@ -428,7 +428,7 @@ def test_a_setting_that_cannot_be_is_refused_before_anything_starts(
 def test_a_bag_was_sailed_already() -> None:
     run = tauto('plot', BAGS / 'cheek_1min', 'error', '--set', 'seed=2')
     assert run.exit_code == 2
-    assert '--set' in run.stderr
+    assert 'seed: applies to a scene, not to a bag' in run.stderr
 
 
 def test_no_line_ends_with_blanks() -> None:

@@ -174,7 +174,7 @@ def test_clocks_sail_a_passage_of_a_log_book(tmp_path: Path) -> None:
     ('asked', 'said'),
     [
         (['--passage', P], f'--passage {P}: needs --logs'),
-        (['--harbour-days', '3'], '--harbour-days 3.0: needs --logs'),
+        (['--harbour-days', '3'], '--harbour-days 3: needs --logs'),
         (['--logs', 'absent.csv'], '--logs absent.csv: '),
         (['--logs', 'LOG'], 'has 3 passages'),
         (['--logs', 'LOG', '--passage', 'x'], 'is not one of the 3 passages'),

@@ -20,7 +20,6 @@ TWICE = 'say the same thing twice. '
 POINTS = 'must be 2 to 1000000 on each cheek. '
 THICKNESS = 'must be 0 to 100 mm. '
 OF_THREAD = 'Give the thickness of the thread, or leave it out'
-NUMBERS = 'must be numbers separated by commas. '
 
 REFUSALS = {
     'sail no_such_scene': ('no_such_scene: ', SCENE_LIST, LISTS_SCENES),
@@ -55,10 +54,10 @@ REFUSALS = {
     'plot ideal sound': ("'sound': ", 'is not a picture. ', 'Choose one of error, rate, '),
     'plot ideal error --out x.jpg': ('--out x.jpg: ', PICTURES, 'Name another file'),
     'report ideal --out x.pdf': ('--out x.pdf: ', 'must end in .html. ', 'Name another file'),
-    'isochronism ideal --amplitudes 0.1,x': (
-        "--amplitudes = '0.1,x': ",
-        NUMBERS,
-        'Write for example 0.1,0.5,1',
+    'isochronism ideal --amplitudes 0.1,1m': (
+        "--amplitudes = '1m': ",
+        'must be an angle [rad], not a length. ',
+        'Units that fit: rad',
     ),
     'isochronism ideal --amplitudes -1': (
         'amplitude -1.0 rad: ',
@@ -153,7 +152,11 @@ REFUSALS = {
         'only measured has voyage; ',
         'take one passage for all with --ship-of ideal',
     ),
-    'compare ideal --roll much': ("--roll = 'much': ", NUMBERS, 'Write for example 0.1,0.5,1'),
+    'compare ideal --roll 5,1x': (
+        "--roll = '1x': ",
+        "'x' is not a known unit. ",
+        'Units that fit: deg',
+    ),
     'compare ideal --roll=-10': (
         '--roll -10: ',
         'must be between 0 and 45 degrees, twice the root mean square of the roll. ',

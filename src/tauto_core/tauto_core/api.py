@@ -16,7 +16,7 @@ from numbers import Integral, Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypeGuard, cast
 
-from tauto_core.scene.errors import Argument, TautoWarning, UsageError, naming
+from tauto_core.scene.errors import ABSENT, Argument, TautoWarning, UsageError, naming
 from tauto_core.scene.times import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -62,22 +62,20 @@ def whole(name: str, value: object) -> int:
     return int(value)
 
 
-def numbers(name: str, values: object, unit: str | None = None) -> list[float]:
-    """Return a list of numbers; with `unit`, texts such as `5 mm` are converted to it.
-
-    UsageError for anything else.
-    """
-    if isinstance(values, str) or not isinstance(values, Iterable):
+def numbers(name: str, values: object, unit: str = '') -> list[float]:
+    """Return a list of numbers, also from a text with commas, see `number`."""
+    items = values.split(',') if isinstance(values, str) else values
+    if not isinstance(items, Iterable):
         raise UsageError(f'{name} = {values!r}: must be a list of numbers. Write it in [ ]')
-    return [number(name, value, unit) for value in values]
+    return [number(name, item, unit) for item in items]
 
 
-def number(name: str, value: object, unit: str | None = None) -> float:
-    """Return one number, see `numbers`."""
-    from tauto_core.scene.units import in_words, quantity
+def number(name: str, value: object, unit: str = '') -> float:
+    """Return a number, converting a text such as `5 mm` to `unit`, or raise UsageError."""
+    from tauto_core.scene.units import quantity
 
     named = Argument(name, repr(value), spaced=True)
-    if isinstance(value, str) and unit is not None and in_words(value):
+    if isinstance(value, str):
         return quantity(value, unit, named)
     if isinstance(value, bool) or not isinstance(value, Real):
         raise UsageError(named, ': is not a number. Write numbers')
@@ -103,27 +101,16 @@ def _plots(plot: Files, argument: str = 'plot') -> list[Path]:
     return paths
 
 
-def _range(name: str, ends: Range, unit: str | None = None) -> tuple[float, float]:
+def _range(name: str, ends: Range, unit: str = '') -> tuple[float, float]:
     """Return both bounds of a range, or raise UsageError."""
-    from tauto_core.scene.units import measure
-
-    if not isinstance(ends, str):
-        smallest, largest, *padding = [*numbers(name, ends, unit), math.nan, math.nan]
-        if len(padding) != 2 or not smallest <= largest:
-            wrong = 'must be the least and the largest. Write (42, 100)'
-            raise UsageError(f'{name} = {ends!r}: {wrong}')
-        return smallest, largest
-    text, dots, upper = ends.partition('..')
-    try:
-        low, high = (
-            float(end) if unit is None or not end else measure(end, unit)
-            for end in (text or '-inf', (upper or 'inf') if dots else text)
-        )
-        if not low <= high:
-            raise ValueError
-    except ValueError:
+    bounds: object = ends
+    if isinstance(ends, str):
+        text, dots, upper = ends.partition('..')
+        bounds = text or '-inf', (upper or 'inf') if dots else text
+    low, high, *others = [*numbers(name, bounds, unit), math.nan, math.nan]
+    if len(others) != 2 or not low <= high:
         wrong = ': must be a range from the least to the largest. Write for example 42..100'
-        raise UsageError(Argument(name, ends), wrong) from None
+        raise UsageError(Argument(name, ends), wrong)
     return low, high
 
 
@@ -388,14 +375,15 @@ def isochronism(
     """
     from tauto_core.clockwork.trochlea import at_departure, nominal_period_s, stale_dial
     from tauto_core.machines import compile_machine, free_swings
+    from tauto_core.scene.units import in_words
 
     loaded = _load(scene, overrides)
-    values = amplitudes if isinstance(amplitudes, str) else list(amplitudes)
+    values = amplitudes.split(',') if isinstance(amplitudes, str) else list(amplitudes)
     sizes = numbers('amplitudes', values, 'rad' if loaded.regulator is None else 'm')
-    for value in values if loaded.regulator is None else ():
-        if not isinstance(value, str) and value > math.tau:
-            turns = f': {value / math.tau:.2g} turns, more than any known wheel swings. Write '
-            units = f'{value:g}deg if degrees are meant, or {value:g}rad'
+    for value, size in zip(values, sizes, strict=True) if loaded.regulator is None else ():
+        if not in_words(value) and size > math.tau:
+            turns = f': {size / math.tau:.2g} turns, more than any known wheel swings. Write '
+            units = f'{size:g}deg if degrees are meant, or {size:g}rad'
             raise UsageError(Argument('amplitudes', value, spaced=True), turns, units)
     with naming(_origin(scene), loaded.name):
         built = compile_machine(loaded)
@@ -873,7 +861,7 @@ def new_scene(
     """Write a scene that sails, with the unit and meaning of every key.
 
     Kinds that are left out are chosen to fit. The default is Euler's involute under a weight, in a
-    wind sea.
+    wind sea, without an escapement.
 
     Args:
         file: a new file, ending in .yaml. Default: standard output.
@@ -881,7 +869,7 @@ def new_scene(
         cam: kind of the cam.
         thread: kind of the thread.
         power: kind of the power.
-        escapement: kind of the escapement. Default: no escapement.
+        escapement: kind of the escapement.
 
     Returns:
         The scene as YAML.
@@ -1020,8 +1008,8 @@ def compare(
     entries = comparison.make_entries(
         cast('Sequence[File | Scene]', listed if several else clocks),
         ship_of=ship_of,
-        duration=duration,
-        accuracy=accuracy,
+        duration=None if duration is None else number('duration', duration, 's'),
+        accuracy=None if accuracy is None else number('accuracy', accuracy, 's'),
         rolls_deg=numbers('roll_deg', roll_deg, 'deg'),
         cases=suspension,
         anyway=anyway,
@@ -1304,7 +1292,7 @@ def report(
 def _by_path(overrides: Mapping[str, object]) -> dict[str, object]:
     """Return values by the paths of their keys: `ship__rate` is `ship.rate`.
 
-    `accuracy` [s] becomes `solver.accuracy` [s/day].
+    Times may have a unit. `accuracy` [s] becomes `solver.accuracy` [s/day].
     """
     from tauto_core.scene import Scene
 
@@ -1314,12 +1302,12 @@ def _by_path(overrides: Mapping[str, object]) -> dict[str, object]:
         section, _, tail = path_of_key.partition('_')
         if section in Scene.model_fields and path_of_key not in Scene.model_fields:
             raise UsageError(f'{key}: is not a key of a scene. Write {section}__{tail}')
-        is_accuracy = key == 'accuracy' and value is not None
-        if is_accuracy:
+        is_time = key in ('duration', 'accuracy') and value not in (None, ABSENT)
+        if key == 'accuracy' and is_time:
             path_of_key = 'solver.accuracy'
         if path_of_key in values:
             raise UsageError(f'{key}: {path_of_key} is given twice. Leave one out')
-        values[path_of_key] = number(key, value, 's') if is_accuracy else value
+        values[path_of_key] = number(key, value, 's') if is_time else value
     return values
 
 
@@ -1342,7 +1330,7 @@ def voyage_of(
     bag = None if isinstance(source, Voyage) or not is_bag(source) else source
     if settings and (bag is not None or isinstance(source, Voyage)):
         raise UsageError(
-            f'{", ".join(settings)}: for a scene; this one was sailed already. Leave it out'
+            f'{", ".join(settings)}: applies to a scene, not to a bag or voyage. Leave it out'
         )
     if isinstance(source, Voyage):
         return source

@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Mapping
 from functools import cached_property
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -668,17 +668,7 @@ ON_A_CURVE: dict[str, tuple[str, str]] = {
 """Units and meanings of two arrays of a regulator without a wheel."""
 
 
-class _Sailed(Protocol):
-    """A voyage, of which datasets and frames state scene and answer."""
-
-    @property
-    def scene(self) -> Scene: ...
-
-    @property
-    def answer(self) -> str: ...
-
-
-def dataset(voyage: _Sailed) -> Dataset:
+def dataset(voyage: Any) -> Dataset:
     """Return the arrays of a voyage as a dataset, see `Voyage.to_xarray`."""
     try:
         import xarray
@@ -693,7 +683,7 @@ def dataset(voyage: _Sailed) -> Dataset:
     return xarray.Dataset(arrays, attrs={'scene': voyage.scene.name, 'answer': voyage.answer})
 
 
-def frame(voyage: _Sailed) -> DataFrame:
+def frame(voyage: Any) -> DataFrame:
     """Return the logged arrays of a voyage as a frame, see `Voyage.to_pandas`."""
     try:
         import pandas as pd
@@ -706,14 +696,14 @@ def frame(voyage: _Sailed) -> DataFrame:
     return table
 
 
-def _arrays_of(voyage: _Sailed, table: dict[str, tuple[str, str]]) -> dict[str, np.ndarray]:
+def _arrays_of(voyage: Any, table: dict[str, tuple[str, str]]) -> dict[str, np.ndarray]:
     """Return the arrays of a table that the voyage has."""
     arrays = {name: getattr(voyage, name) for name in table}
     return {name: values for name, values in arrays.items() if len(values)}
 
 
 def _unit_and_meaning(
-    voyage: _Sailed, name: str, table: dict[str, tuple[str, str]]
+    voyage: Any, name: str, table: dict[str, tuple[str, str]]
 ) -> tuple[str, str]:
     """Return unit and meaning of an array."""
     return (ON_A_CURVE if voyage.scene.regulator is not None else {}).get(name, table[name])

@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Annotated, Any, cast
 
 import typer
 
+from tauto_core import api
 from tauto_core.bags import check_folder
 from tauto_core.checks.readiness import check_known, check_scene
 from tauto_core.cli.calls import option_of
@@ -60,8 +61,8 @@ def graph(
     ] = None,
     force: Annotated[bool, option_of('sail', 'force')] = False,
     anyway: Annotated[bool, option_of('sail', 'anyway')] = False,
-    duration: Annotated[float | None, option_of('sail', 'duration')] = None,
-    accuracy: Annotated[float | None, option_of('sail', 'accuracy')] = None,
+    duration: Annotated[str | None, option_of('sail', 'duration')] = None,
+    accuracy: Annotated[str | None, option_of('sail', 'accuracy')] = None,
     settings: Settings = None,
     namespace: Annotated[str, typer.Option(metavar='NAME', help='Namespace of the graph.')] = '',
     as_json: AsJson = False,
@@ -84,7 +85,7 @@ def graph(
             f'--speed {speed}: must be a number in (0, {MAX_SPEED:g}], sea seconds a second, or '
             'max'
         )
-    loaded = load_scene(scene, **given_values(settings, duration, accuracy))
+    loaded = api.load(scene, duration=duration, accuracy=accuracy, **given_values(settings))
     say_oddities(loaded, scene, anyway=anyway)
     with naming(scene, loaded.name):
         check_scene(loaded)
@@ -93,7 +94,7 @@ def graph(
     plan = GraphPlan(
         scene,
         folder,
-        duration or 0.0,
+        0.0 if duration is None else loaded.duration,
         pace,
         force,
         _namespace(namespace),

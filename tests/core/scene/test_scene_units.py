@@ -199,11 +199,14 @@ def test_every_number_in_brackets_is_a_unit_that_is_known() -> None:
 @pytest.mark.parametrize(
     ('line', 'said'),
     [
-        ('axle --depth 5min --gyration-radius 1', "'5min' must be a length [m], not a time"),
-        ('axle --depth x --gyration-radius 1', "'x' must be a number [m]"),
-        ('sail ideal --duration 5mm', "'5mm' must be a time [s], not a length"),
+        (
+            'axle --depth 5min --gyration-radius 1',
+            "--depth = '5min': must be a length [m], not a time",
+        ),
+        ('axle --depth x --gyration-radius 1', "--depth = 'x': must be a number [m]"),
+        ('sail ideal --duration 5mm', "--duration = '5mm': must be a time [s], not a length"),
         ('plot ideal roll --from 5mm', "--from '5mm': must be a time [s], not a length"),
-        ('plate ideal --bore 5min', "'5min' must be a length [mm], not a time"),
+        ('plate ideal --bore 5min', "--bore = '5min': must be a length [mm], not a time"),
         ('design --pull 5min', "--pull = '5min': must be a force [N], not a time"),
         ('design --pendulum 5kg', "--pendulum = '5kg': must be a length [m], not a mass"),
     ],

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import gc
 import os
-import re
 import signal
 import sys
 from collections.abc import Callable, Iterator, Mapping
@@ -19,7 +18,7 @@ import typer
 from typer.core import TyperGroup
 from typer.main import get_group
 
-from tauto_core.cli import scene, shown, voyages
+from tauto_core.cli import shown, voyages
 from tauto_core.cli.calls import Command
 from tauto_core.cli.terminal import (
     Terminated,
@@ -27,7 +26,7 @@ from tauto_core.cli.terminal import (
     drop_output,
     option,
     prepare_streams,
-    say_warnings,
+    saying_warnings,
     send_lost_again,
 )
 from tauto_core.scene.errors import TautoError, spelled
@@ -155,14 +154,8 @@ class Commands(TyperGroup):
     def invoke(self, ctx: Any) -> Any:
         """Run the command, and convert errors to messages on stderr and an exit code."""
         try:
-            return super().invoke(ctx)
-        except typer.BadParameter as error:
-            comma = (
-                w for w in sys.argv[1:] if re.fullmatch(r'[-+]?\d*,\d+', w.rpartition('=')[2])
-            )
-            if word := next(comma, ''):
-                error.message += f'. Write {word.replace(",", ".")}, with a decimal point'
-            raise
+            with saying_warnings():
+                return super().invoke(ctx)
         except TautoError as error:
             _tell(spelled(error.message, option), error)
             raise typer.Exit(error.exit_code) from None
@@ -226,7 +219,6 @@ def run() -> None:
     # pydantic would search all installed packages for plugins
     os.environ.setdefault('PYDANTIC_DISABLE_PLUGINS', '__all__')
     prepare_streams()
-    say_warnings()
     send_lost_again()
     gc.set_threshold(100_000)  # imports create many objects and no garbage
     try:
@@ -252,7 +244,7 @@ def _tell(words: str, error: BaseException) -> None:
 ENTRIES: dict[str, Entry] = {
     'sail': Command(('sail',), shown.voyage, has_scene=True, warns=True, writes=()),
     'replay': Command(('replay',), shown.voyage),
-    'scenes': Command(('scenes',), scene.scenes),
+    'scenes': Command(('scenes',), shown.scenes),
     'cam': Command(('cam',), shown.cam, has_scene=True, writes=(), run=voyages.cam),
     'isochronism': Command(('isochronism',), shown.isochronism, has_scene=True),
     'axle': Command(('axle',), shown.axle),
@@ -271,9 +263,9 @@ ENTRIES: dict[str, Entry] = {
         'Check or print a scene, or write a new one.',
         {
             'check': Command(('check',), shown.facts, has_scene=True),
-            'new': Command(('new_scene',), shown.scene, has_json=False, cls=scene.NewCommand),
-            'show': scene.show,
-            'schema': scene.schema,
+            'new': Command(('new_scene',), shown.scene, has_json=False, cls=voyages.NewCommand),
+            'show': voyages.show,
+            'schema': voyages.schema,
         },
     ),
     'bag': Group(

@@ -13,7 +13,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, field
-from functools import cache, partial
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
@@ -27,13 +27,11 @@ from tauto_core.cli.terminal import (
     Settings,
     ended_by_sigterm,
     given_values,
-    measured,
     option,
     print_rich,
     progress_bar,
     say,
     say_oddities,
-    saying_warnings,
 )
 from tauto_core.scene.errors import Argument, UsageError, naming
 
@@ -122,11 +120,14 @@ class Command:
 
     def _called(self, given: dict[str, Any], as_json: bool) -> None:
         """Run the command with its arguments, and print the result."""
-        if self.has_scene:
-            of_scene = [given.pop(key, None) for key in ('settings', 'duration', 'accuracy')]
-            given |= self._unlike_arguments(given_values(*of_scene))
+        for key, item in given_values(given.pop('settings', None)).items():
+            if key in given and key == 'duration':
+                raise UsageError(f'--set {key}: {key} is given twice. Leave one of them out')
+            if key != 'duration' and any(key in signature_of(call) for call in self.calls):
+                argument = 'is not a key of a scene but an argument of the command. See its -h'
+                raise UsageError(f'--set {key}: {argument}')
+            given[key] = item
         with ExitStack() as stack:
-            stack.enter_context(saying_warnings())
             odd = self._warned(given, stack) if self.warns else []
             result = (self.run or self._run)(given)
         if isinstance(result, Mapping) or hasattr(result, 'result'):
@@ -149,18 +150,11 @@ class Command:
         if self.holds is not None and not self.holds(result):
             raise typer.Exit(1)
 
-    def _unlike_arguments(self, values: dict[str, Any]) -> dict[str, Any]:
-        """Return values of a scene, or raise UsageError if one is an argument of the call."""
-        for key in values.keys() - {'duration'}:
-            if any(key in signature_of(call) for call in self.calls):
-                argument = 'is not a key of a scene but an argument of the command. See its -h'
-                raise UsageError(f'--set {key}: {argument}')
-        return values
-
     def _warned(self, given: dict[str, Any], stack: ExitStack) -> list[str]:
         """Load the scene, and print and return warnings about it."""
         source, parameters = given.pop('scene'), signature_of(self.calls[0])
-        of_scene = [key for key in given if key == 'duration' or key not in parameters]
+        times = 'duration', 'accuracy'
+        of_scene = [key for key in given if key in times or key not in parameters]
         loaded = api.load(source, **{key: given.pop(key) for key in of_scene})
         given['scene'] = loaded
         stack.enter_context(naming(source, loaded.name))
@@ -222,26 +216,6 @@ def _keyword(name: str, kind: Any, default: Any) -> inspect.Parameter:
     return inspect.Parameter(name, keyword, default=default, annotation=kind)
 
 
-def _numbers(name: str, text: str) -> list[float | str]:
-    """Return comma-separated numbers. Those with a unit stay texts, which the call converts."""
-    from tauto_core.scene.units import in_words
-
-    parts = [part.strip() for part in text.split(',')]
-    try:
-        return [part if in_words(part) else float(part) for part in parts]
-    except ValueError:
-        wrong = ': must be numbers separated by commas. Write for example 0.1,0.5,1'
-        raise UsageError(Argument(name, repr(text), spaced=True), wrong) from None
-
-
-def _number_or_text(text: str) -> float | str:
-    """Return the number in a text, or the text, which the call converts."""
-    try:
-        return float(text)
-    except ValueError:
-        return text.strip()
-
-
 def _scenes(text: str) -> list[str]:
     return [part.strip() for part in text.split(',')]
 
@@ -257,7 +231,9 @@ _KINDS: dict[str, tuple[Any, Callable[[str], Any] | None, str | None]] = {
     'Files': (list[Path], None, 'FILE'),
     'File | Scene': (str, None, 'SCENE'),
     'Sequence[File | Scene]': (str, _scenes, 'A,B,…'),
-    'Quantity': (str, _number_or_text, 'SIZE'),
+    'Quantity': (str, None, 'SIZE'),
+    'Iterable[Quantity]': (str, None, 'A,B,…'),
+    'Sequence[Quantity]': (str, None, 'A,B,…'),
     'Range': (str, None, 'A..B'),
 }
 _PLACED = {'what': 'WHAT', 'source': 'BAG|SCENE', 'bag': 'BAG', 'log': 'FILE', 'clocks': 'SCENE…'}
@@ -320,9 +296,7 @@ def _kind(name: str, hint: str, words: str) -> tuple[Any, Callable[[Any], Any] |
         return Literal[tuple(re.findall(r"'(\w+)'", hint))], None, None
     if hint == 'Quantity' and (match := re.search(r'\[([^\[\]]+)\]', words)):
         unit = match[1]
-        return float, measured(unit), 'DAYS' if unit == 'd' else unit.upper().replace(' ', '')
-    if hint.endswith('[Quantity]'):
-        return str, partial(_numbers, name), 'A,B,…'
+        return str, None, 'DAYS' if unit == 'd' else unit.upper().replace(' ', '')
     if name == 'file':
         return str, None, 'FILE'  # a Path drops the slash of a folder
     return _KINDS[hint]

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 import shlex
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict
+from importlib.resources import files
+from itertools import takewhile
 from shutil import get_terminal_size
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
@@ -31,6 +33,30 @@ if TYPE_CHECKING:
     from tauto_core.voyage import Voyage
 
 Given = Mapping[str, Any]
+
+
+def _aligned(rows: Iterable[Iterable[str]]) -> Iterator[str]:
+    """Yield the rows of a table as lines, with columns aligned to the right."""
+    cells = list(map(tuple, rows))
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    for row in cells:
+        yield '  '.join(f'{cell:>{width}}' for cell, width in zip(row, widths, strict=True))
+
+
+def shipped_summary(name: str) -> str:
+    """Return the description of a built-in scene: its first comment, up to the colon."""
+    text = (files('tauto_core.scene') / 'shipped' / f'{name}.yaml').read_text(encoding='utf-8')
+    lines = takewhile(lambda line: line.startswith('#'), text.splitlines())
+    return ' '.join(line.lstrip('# ') for line in lines).partition(':')[0]
+
+
+def scenes(names: list[str], as_json: bool, _: Given) -> Said:
+    """Return the built-in scenes with their descriptions."""
+    summaries = {name: shipped_summary(name) for name in names}
+    if as_json:
+        return {'scenes': summaries}
+    width = max(map(len, summaries))
+    return '\n'.join(f'{name:{width}}  {summary}' for name, summary in summaries.items())
 
 
 def voyage(found: Voyage, as_json: bool, _: Given) -> Said:
@@ -72,8 +98,7 @@ def cam(made: CamOutline, as_json: bool, given: Given) -> Said | None:
             'beyond it: give a smaller --reach'
         )
     if made.acts_from_rad is not None and made.plate is None:
-        thread = f'a thread of {given["thread_mm"]:g} mm'
-        say(f'{thread} bends round the edges up to {made.acts_from_rad:.4g} rad')
+        say(f'the thread bends round the edges up to {made.acts_from_rad:.4g} rad')
     for line in (
         *left_out(made.keys_left_out),
         *filter(None, [made.too_small]),
@@ -83,25 +108,22 @@ def cam(made: CamOutline, as_json: bool, given: Given) -> Said | None:
     if as_json:
         return made.facts()
     if made.plate is not None:
-        heads = 'amplitude   rounded cusp   as drawn   1 µm too deep   [rad, s/day]'
-        lines, rates = [*made.plate.words(), heads], made.plate.rates
-        for amplitude, *cost in zip(
+        heads = 'amplitude, rad', 'rounded cusp, s/day', 'as drawn', '1 µm too deep'
+        rates = made.plate.rates
+        figures = zip(
             rates.amplitude_rad, rates.edge, rates.outline, rates.one_micrometre, strict=True
-        ):
-            cells = [significant(rate, 2, signed=True) for rate in cost]
-            lines.append('{:9.4g}   {:>12}   {:>8}   {:>13}'.format(amplitude, *cells))
-        return '\n'.join(lines)
+        )
+        rows = (
+            (f'{amplitude:.4g}', *(significant(rate, 2, signed=True) for rate in cost))
+            for amplitude, *cost in figures
+        )
+        return '\n'.join([*made.plate.words(), *_aligned([heads, *rows])])
     if made.files:
         return None
     columns = made.columns()
-    figures = zip(*(column.tolist() for column in columns.values()), strict=True)
+    points = zip(*(column.tolist() for column in columns.values()), strict=True)
     # a tenth of a micrometre; --csv has all digits. Other programs read a hyphen as the minus.
-    rows = (columns, *([f'{value:z.4f}' for value in row] for row in figures))
-    widths = [max(len(name), 12) for name in columns]
-    return '\n'.join(
-        '  '.join(f'{cell:>{width}}' for cell, width in zip(row, widths, strict=True))
-        for row in rows
-    )
+    return '\n'.join(_aligned([columns, *([f'{value:z.4f}' for value in row] for row in points)]))
 
 
 def isochronism(found: Isochronism | DescentIsochronism, as_json: bool, _: Given) -> Said:
@@ -128,7 +150,7 @@ def design(found: WheelDesign, as_json: bool, given: Given) -> Said:
     from tauto_core.machines.design import units
 
     length_unit, weight_unit = given['length_unit'], given['weight_unit']
-    metres, newtons = units(length_unit, weight_unit, given['gravity'])
+    metres, newtons = units(length_unit, weight_unit, found.gravity_m_s2)
     printed = (  # the longest ending first
         ('_kg_m2', 'kg m2', 1.0),
         ('_m_s2', 'm/s2', 1.0),
@@ -153,25 +175,25 @@ def axle(found: dict[str, Any], _as_json: bool, _: Given) -> Said:
             words, _unit, unit = name.rpartition('_')
             lines.append(f'{words.replace("_", " "):22} {length:.9g} {unit}')
     heads = ('time s', 'θ rad', 'φ rad', 's m', 'N/Mg', 'slip m/s', 'φ small')
-    for row in (heads, *([printed(value, '+z.6f') for value in row.values()] for row in rows)):
-        lines.append('  '.join(f'{cell:>10}' for cell in row))
+    figures = ([printed(value, '+z.6f') for value in row.values()] for row in rows)
     if found['ends_s'] is not None:
         say(f'after {found["ends_s"]:.6g} s {found["ends_why"]}')
-    return '\n'.join(lines)
+    return '\n'.join([*lines, *_aligned([heads, *figures])])
 
 
 def altitudes(found: dict[str, Any], _as_json: bool, _: Given) -> Said:
     """Return latitude, declination and culmination, and a table of their errors."""
-    sizes = [name for name in found if name != 'errors']
     lines = [
-        f'{name.rpartition("_")[0]:12} {found[name]:.6f} {name.rpartition("_")[2]}'
-        for name in sizes
+        f'{name.rpartition("_")[0]:12} {size:.6f} {name.rpartition("_")[2]}'
+        for name, size in found.items()
+        if name != 'errors'
     ]
-    heads = ['wrong by', 'latitude nmi', "declination '", 'culmination s']
-    for of, *data in (heads, *([*row.values()] for row in found['errors'])):
-        cells = (f'{x if isinstance(x, str) else printed(x, "+.4f"):>15}' for x in data)
-        lines.append(f'{of:24}' + ''.join(cells))
-    return '\n'.join(lines)
+    heads = 'wrong by', 'latitude nmi', "declination '", 'culmination s'
+    rows = (
+        (of, *(printed(size, '+.4f') for size in sizes))
+        for of, *sizes in map(dict.values, found['errors'])
+    )
+    return '\n'.join([*lines, *_aligned([heads, *rows])])
 
 
 def hull(found: dict[str, Any], _as_json: bool, _: Given) -> Said:

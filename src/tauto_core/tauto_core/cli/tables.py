@@ -62,6 +62,17 @@ class WholeTable(Table):
         yield from super().__rich_console__(console, options)
 
 
+def _table(title: str, *columns: str, caption: str | None = None, pad: int = 0) -> Table:
+    """Return a table without rows, with figures in all columns but the first."""
+    justify: Any = {'title_justify': 'left', 'caption_justify': 'left'}
+    table = WholeTable(
+        title=title or None, caption=caption, box=box.SIMPLE_HEAD, padding=(0, pad), **justify
+    )
+    for place, name in enumerate(columns):
+        table.add_column(name, justify='right' if place else 'left')
+    return table
+
+
 Facts = Mapping[str, Any]
 
 # width of the longest label, at which a sentence without a figure is wrapped
@@ -160,7 +171,8 @@ def weather_table(weather: Mapping[str, Any]) -> Table:
     together = math.ceil(len(states) / ROWS)
     title = 'weather' if together == 1 else f'weather, {together} states a row'
     caption = 'heading: direction the waves run to, from the bow to port; 0 following'
-    table = _squared(title, ('from day', 'Hs, m', 'Tp, s', 'heading, °', 'speed, m/s'), caption)
+    heads = 'from day', 'Hs, m', 'Tp, s', 'heading, °', 'speed, m/s'
+    table = _table(title, *heads, caption=caption, pad=1)
     for begin in range(0, len(states), together):
         row = states[begin : begin + together]
         headings = (state['heading_rad'] for state in row)
@@ -447,23 +459,19 @@ def comparison_table(result: Comparison) -> Table:
     judged = any(row.prize_pounds is not None for row in result.rows)
     pays = 'pays nothing for a voyage of less than six weeks'
     prize = '£: prize by the Act of 1714' if judged else f'the Act of 1714 {pays}'
-    table = WholeTable(
-        title=f'{span(result.duration_s)} in the same sea, released at {releases} rad',
-        title_justify='left',
-        caption=f'rate: mean of the run; spread: standard deviation of the rates over '
+    caption = (
+        'rate: mean of the run; spread: standard deviation of the rates over '
         f'{span(result.piece_s)} each; nmi: east of the truth, by the dial, and rated: corrected '
-        f'for the rate observed in port, in the same sea; {prize}',
-        caption_justify='left',
-        box=box.SIMPLE_HEAD,
-        show_edge=False,
-        padding=0,
+        f'for the rate observed in port, in the same sea; {prize}'
     )
     rolls = len({row.roll_deg for row in result.rows}) > 1
-    table.add_column('clock')
-    table.add_column('case', no_wrap=True)
-    columns = ('rate\ns/day', 'spread\ns/day', 'error\ns', 'dial\nnmi', 'rated\nnmi')
-    for name in (*['roll\n°'] * rolls, *columns, *('dial\n£', 'rated\n£')[: 2 * judged]):
-        table.add_column(name, justify='right', no_wrap=True)
+    columns = 'rate\ns/day', 'spread\ns/day', 'error\ns', 'dial\nnmi', 'rated\nnmi'
+    pounds = ('dial\n£', 'rated\n£')[: 2 * judged]
+    table = _table(
+        f'{span(result.duration_s)} in the same sea, released at {releases} rad',
+        *('clock', 'case', *['roll\n°'] * rolls, *columns, *pounds),
+        caption=caption,
+    )
     for row in result.rows:
         roll = [significant(row.roll_deg)] * rolls
         name = row.clock.removeprefix('clock_').replace('_', ' ')
@@ -493,7 +501,7 @@ def _case(row: Row) -> str:
 def budget_tables(facts: Facts) -> list[RenderableType]:
     """Return a budget (`Budget.facts`) as texts and tables."""
     total = figure(facts['whole']['rate_s_per_day'], 's/day', signed=True)
-    causes = of_fleet('', 'cause', 's/day', 'nmi at the end', 'found')
+    causes = _table('', 'cause', 's/day', 'nmi at the end', 'found')
     rows = budget_rows(facts)
     for place, cells in enumerate(rows):
         causes.add_row(*cells, end_section=place == len(rows) - 4)
@@ -508,7 +516,7 @@ def budget_tables(facts: Facts) -> list[RenderableType]:
     if facts['rough']:
         spread = figure(facts['rough_s_per_day'], 's/day')
         parts.append(Text(f'\nBadly known numbers leave an uncertainty of ± {spread} s/day:'))
-        rough = of_fleet('', 'key', 'from', 's/day', 'to', 's/day')
+        rough = _table('', 'key', 'from', 's/day', 'to', 's/day')
         for row in facts['rough']:
             unit = f' {row["unit"]}' if row['unit'] else ''
             rough.add_row(
@@ -520,7 +528,7 @@ def budget_tables(facts: Facts) -> list[RenderableType]:
             )
         parts.append(rough)
     parts.append(Text('\nEffect of small changes, on land:'))
-    worth = of_fleet('', 'change', 's/day')
+    worth = _table('', 'change', 's/day')
     for row in facts['worth']:
         worth.add_row(row['what'], figure(row['rate_s_per_day'], 's/day', signed=True))
     return [*parts, worth]
@@ -537,7 +545,7 @@ def fleet_tables(result: Answers) -> list[Table]:
     tables = []
     if prizes := result.within:
         limits = (f'{prize.limit_nmi:g} nmi' for prize in prizes['raw'])
-        tables.append(of_fleet('ships within', 'clock', *limits))
+        tables.append(_table('ships within', 'clock', *limits))
         for clock, label in _CLOCKS.items():
             shares = (
                 f'{percent(prize.share)} ({percent(prize.low)}–{percent(prize.high)})'
@@ -550,7 +558,7 @@ def fleet_tables(result: Answers) -> list[Table]:
     if result.influences:
         clocks = tuple(_CLOCKS.values())
         title = 'rank correlation with the error, and with its size'
-        tables.append(of_fleet(title, 'key', *clocks, *(f'{name}, size' for name in clocks)))
+        tables.append(_table(title, 'key', *clocks, *(f'{name}, size' for name in clocks)))
         for row in result.influences:
             ranks = (row.raw, row.corrected, row.raw_size, row.corrected_size)
             signed = ('–' if rank is None else printed(rank, '+z.2f') for rank in ranks)
@@ -558,21 +566,11 @@ def fleet_tables(result: Answers) -> list[Table]:
     return tables
 
 
-def of_fleet(title: str, *columns: str) -> Table:
-    """Return a table without rows, with figures in all columns but the first."""
-    table = WholeTable(title=title or None, title_justify='left', box=box.SIMPLE_HEAD, padding=0)
-    head, *figures = columns
-    table.add_column(head)
-    for name in figures:
-        table.add_column(name, justify='right')
-    return table
-
-
 def _quantiles(title: str, rows: Iterable[tuple[str, Sequence[float | None] | None]]) -> Table:
     """Return the quantiles of the error of each clock, dashes if unknown."""
     from tauto_core.ensembles.answers import QUANTILES
 
-    table = of_fleet(title, 'clock', *map(percent, QUANTILES))
+    table = _table(title, 'clock', *map(percent, QUANTILES))
     for clock, sizes in rows:
         table.add_row(clock, *(figure(size, 'nmi') for size in sizes or [None] * len(QUANTILES)))
     return table
@@ -601,7 +599,7 @@ def trial_tables(answers: TrialAnswers) -> Iterator[Table]:
         drawn = ['± wind'] * bool(answers.wind_draws) + ['± hull'] * bool(answers.hull_draws)
         sights = f'30 nmi, local time ± {answers.local_time_s:g} s'
         title = 'passages within (95 % confidence)'
-        table = of_fleet(title, 'clock', *limits, sights, *drawn)
+        table = _table(title, 'clock', *limits, sights, *drawn)
         for clock, way in rows:
             prizes = clock.ways[way].prizes
             top = prizes[0]
@@ -619,7 +617,7 @@ def trial_tables(answers: TrialAnswers) -> Iterator[Table]:
     yield _quantiles(title, sizes)
     if answers.wind_draws or answers.hull_draws:
         title = 'median change of the error of a passage [nmi]'
-        table = of_fleet(title, 'clock', 'other wind', 'other hull')
+        table = _table(title, 'clock', 'other wind', 'other hull')
         for clock, way in rows:
             result = clock.ways[way]
             changes = (result.wind_nmi, result.hull_nmi)
@@ -631,7 +629,7 @@ def trial_tables(answers: TrialAnswers) -> Iterator[Table]:
 
 
 def _parts(answers: TrialAnswers, title: str, parts: str, called: Any) -> Table:
-    table = of_fleet('', title, 'clock', 'passages', '30 nmi', '40 nmi', '60 nmi', 'median, nmi')
+    table = _table('', title, 'clock', 'passages', '30 nmi', '40 nmi', '60 nmi', 'median, nmi')
     for clock in answers.clocks:
         for way in clock.ways:
             for part in getattr(clock.ways[way], parts):
@@ -691,7 +689,7 @@ def hull_page(facts: Facts) -> RenderableType:
         f'{ship["speed_m_s"]:g} m/s',
     )
     heads = ('heading, °', 'heave, m', 'wave, s', 'roll, °', 'wave, s', 'pitch, °', 'wave, s')
-    peaks = _squared('largest motions, per metre of wave', heads)
+    peaks = _table('largest motions, per metre of wave', *heads, pad=1)
     for operator in facts['operators']:
         at = {
             name: '–' if (period := operator[f'{name}_at_s']) is None else f'{period:.1f}'
@@ -705,13 +703,12 @@ def hull_page(facts: Facts) -> RenderableType:
         )
     sea = facts['sea']
     height, period = sea['significant_wave_height_m'], sea['peak_period_s']
-    table = _squared(
+    table = _table(
         f'a weight in a Bretschneider sea of {height} m, {period:g} s: s/day',
-        (
-            *('heading, °', 'forward, m', 'up, m', 'heave', 'athwart', 'fore and aft'),
-            *('plane kept vertical', 'leaning freely', 'plane pitches with ship'),
-        ),
-        'heading: direction the waves run to, from the bow to port; 180 head seas',
+        *('heading, °', 'forward, m', 'up, m', 'heave', 'athwart', 'fore and aft'),
+        *('plane kept vertical', 'leaning freely', 'plane pitches with ship'),
+        caption='heading: direction the waves run to, from the bow to port; 180 head seas',
+        pad=1,
     )
     parts = ('heave', 'athwart', 'fore_and_aft', 'kept_vertical', 'leaning_freely', 'pitching')
     for rate in facts['rates_s_per_day']:
@@ -721,11 +718,3 @@ def hull_page(facts: Facts) -> RenderableType:
             *(printed(rate[part], 'z.1f') for part in parts),
         )
     return Group(*map(Text, lines), Text(''), peaks, Text(''), table)
-
-
-def _squared(title: str, columns: Iterable[str], caption: str | None = None) -> Table:
-    """Return a table of figures without rows."""
-    table = WholeTable(title=title, title_justify='left', caption=caption, box=box.SQUARE)
-    for name in columns:
-        table.add_column(name, justify='right')
-    return table

@@ -28,22 +28,6 @@ if TYPE_CHECKING:
 # Options of several commands.
 
 
-def measured(unit: str) -> Callable[[str | float], float]:
-    """Return the parser of an option: a number in the unit, or with a unit, such as `5 mm`."""
-
-    def number(text: str | float) -> float:
-        try:
-            return float(text)  # usually, without an import
-        except ValueError:
-            from tauto_core.scene.units import measure
-        try:
-            return measure(text, unit)
-        except ValueError as error:
-            raise typer.BadParameter(f'{text!r} {error}') from None
-
-    return number
-
-
 SceneName: TypeAlias = Annotated[
     str,
     typer.Argument(metavar='SCENE', help='A YAML file, or a name listed by `tauto scenes`.'),
@@ -62,19 +46,15 @@ Settings: TypeAlias = Annotated[
 ]
 
 
-def given_values(
-    settings: list[str] | None, duration: float | None = None, accuracy: float | None = None
-) -> dict[str, Any]:
-    """Return the values of --set, --duration and --accuracy by path, `ABSENT` for null.
+def given_values(settings: list[str] | None) -> dict[str, Any]:
+    """Return the values of --set by path, `ABSENT` for null.
 
     UsageError without KEY=VALUE, for a wrong or empty value, or a key that is given twice.
     """
-    from tauto_core.scene.loader import read_mapping
-
-    values: dict[str, Any] = {} if duration is None else {'duration': duration}
-    if accuracy is not None:
-        values['solver.accuracy'] = accuracy
+    values: dict[str, Any] = {}
     for setting in settings or ():
+        from tauto_core.scene.loader import read_mapping
+
         path, equals, text = (part.strip() for part in setting.partition('='))
         if not path or not equals:
             raise UsageError(f'--set {setting}: has no KEY=. Write for example duration=600')
@@ -147,8 +127,9 @@ def say_oddities(scene: Scene, origin: str, *, anyway: bool) -> list[str]:
     return odd
 
 
-def say_warnings() -> None:
-    """From now on print the package's Python warnings as messages."""
+@contextmanager
+def saying_warnings() -> Iterator[None]:
+    """Print all of the package's Python warnings as messages in this context."""
     original = warnings.showwarning
 
     def show(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
@@ -157,15 +138,9 @@ def say_warnings() -> None:
         else:
             original(message, category, *where, **more)
 
-    warnings.showwarning = show
-
-
-@contextmanager
-def saying_warnings() -> Iterator[None]:
-    """Print all of the package's Python warnings as messages in this context."""
     with warnings.catch_warnings():
         warnings.simplefilter('always', TautoWarning)
-        say_warnings()
+        warnings.showwarning = show
         yield
 
 
@@ -294,13 +269,15 @@ def send_lost_again() -> None:
 
 
 @contextmanager
-def progress_bar(label: str) -> Iterator[Callable[[float], None]]:
+def progress_bar(label: str) -> Iterator[Callable[..., None]]:
     """Show a bar on stderr, if it is a terminal; yield a function of the share done, 0 to 1.
 
-    While a kernel compiles, the label has its name and the expected time.
+    Items named `label` may be counted: then the function takes the number done, with fractions,
+    and the total, or the share done and 0 while the total is unknown. While a kernel compiles, the
+    label has its name and the expected time.
     """
     if not sys.stderr.isatty() or is_quiet():
-        yield lambda _share: None
+        yield lambda *_: None
         return
     from rich.console import Console
     from rich.progress import Progress
@@ -317,37 +294,9 @@ def progress_bar(label: str) -> Iterator[Callable[[float], None]]:
                 text += f', about {left_s:.1f} s' if left_s else ''
             bar.update(task, description=text)
 
+        def progress(done: float, total: int = 0) -> None:
+            text = f'{done:,.0f} of {total:,} {label}' if total else None
+            bar.update(task, completed=done, total=total or 1.0, description=text)
+
         with listening(compiles):
-            yield lambda share: bar.update(task, completed=share)
-
-
-@contextmanager
-def counting_bar(things: str) -> Iterator[Callable[[float, int], None]]:
-    """Show a bar on stderr, if it is a terminal, with the rate and the time left.
-
-    `things` names the counted items. It yields a function of the number done, with fractions, and
-    the total, or of the share done and 0 while the total is unknown.
-    """
-    if not sys.stderr.isatty() or is_quiet():
-        yield lambda _done, _total: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (
-        TextColumn('{task.fields[said]}'),
-        BarColumn(),
-        TextColumn('{task.fields[rate]}'),
-        TimeRemainingColumn(),
-        TextColumn('left'),
-    )
-    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(things, total=1.0, rate='', said=things)
-
-        def tell(done: float, total: int) -> None:
-            speed = bar.tasks[task].speed if total else None
-            rate = f'{speed:.3g} a second' if speed else ''
-            text = f'{done:,.0f} of {total:,} {things}' if total else 'reading'
-            bar.update(task, completed=done, total=total or 1.0, rate=rate, said=text)
-
-        yield tell
+            yield progress

@@ -1,7 +1,8 @@
-"""Commands that are more than one call.
+"""Commands that are more than one call, or none.
 
 `tauto plot` and `tauto report` print warnings before a scene sails and have a default file. `tauto
-cam` prints a few points. `tauto fleet` also sails the passages of a log-book.
+cam` prints a few points. `tauto fleet` also sails the passages of a log-book. `tauto scene show`
+and `schema` print files.
 """
 
 from __future__ import annotations
@@ -14,11 +15,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer.core import TyperCommand
 
 from tauto_core import api
 from tauto_core.cli.calls import Command, signature_of
 from tauto_core.cli.terminal import (
-    counting_bar,
+    SceneName,
     ended_by_sigterm,
     progress_bar,
     say,
@@ -118,13 +120,41 @@ def fleet(given: dict[str, Any]) -> Any:
         if name in unknown and value is not False:
             wrong = ': needs ', Argument('logs'), '. Name a log-book, or leave it out'
             if call == 'trial':
-                which = '. Leave one of them out'
-                wrong = ': does not go with ', Argument('logs'), which
+                wrong = ': does not go with ', Argument('logs'), '. Leave one of them out'
             raise UsageError(Argument(name, value), *wrong)
     chosen = {key: value for key, value in given.items() if key not in unknown}
     things = 'voyages' if call == 'trial' else 'ships'
-    with ended_by_sigterm(), counting_bar(things) as progress:
+    with ended_by_sigterm(), progress_bar(things) as progress:
         return getattr(api, call)(**chosen, progress=progress)
+
+
+class NewCommand(TyperCommand):
+    """`tauto scene new`: its help lists the installed kinds."""
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Write the help, with the kinds of each section."""
+        from tauto_core.scene.reference import CHOICES
+        from tauto_core.scene.sections import kind_of, kinds_in
+
+        for parameter in self.params:
+            if parameter.name in CHOICES:
+                kinds = ', '.join(map(kind_of, kinds_in(CHOICES[parameter.name])))
+                parameter.help = f'One of {kinds}.'  # type: ignore[attr-defined]
+        super().format_help(ctx, formatter)
+
+
+def show(scene: SceneName) -> None:
+    """Print the file of a scene, with its comments."""
+    from tauto_core.scene.loader import scene_text
+
+    typer.echo(scene_text(scene), nl=False)
+
+
+def schema() -> None:
+    """Print the JSON schema of scenes, for editors."""
+    from tauto_core.scene.reference import FILE
+
+    typer.echo(FILE.read_text(encoding='utf-8'), nl=False)
 
 
 def title_of(source: str) -> str:
@@ -135,14 +165,11 @@ def title_of(source: str) -> str:
 
 def _on_axis(name: str, text: str | None, unit_s: float) -> float | None:
     """Return a time [s], given in the unit of the axis or with its own unit."""
-    from tauto_core.scene.units import quantity
+    from tauto_core.scene.units import in_words, quantity
 
     if text is None:
         return None
-    try:
-        return float(text) * unit_s
-    except ValueError:
-        return quantity(text, 's', Argument(name, repr(text)))
+    return quantity(text, 's', Argument(name, repr(text))) * (1.0 if in_words(text) else unit_s)
 
 
 def _voyage(source: str, given: Mapping[str, Any], *, sails: bool = True) -> Voyage:
@@ -150,12 +177,7 @@ def _voyage(source: str, given: Mapping[str, Any], *, sails: bool = True) -> Voy
     anyway = given['anyway']
     values = {key: value for key, value in given.items() if key not in ('anyway', 'file')}
     if api.is_bag(source):
-        if values:
-            raise UsageError(
-                '--duration, --accuracy and --set apply to a scene, not to a recorded bag. '
-                'Leave them out'
-            )
-        voyage = api.replay(source)
+        voyage = api.voyage_of(source, values, None, anyway=anyway)
         for warning in voyage.result['warnings']:
             say(warning)
         return voyage

@@ -26,7 +26,7 @@ from tauto_core.files import SCALARS, YAML_TAG, YamlError, read_yaml
 from tauto_core.machines.axle_pendulum import AxleRegulator
 from tauto_core.machines.parts import DRAGS, ESCAPEMENTS, DragKind, EscapementKind
 from tauto_core.machines.sections import FluidTautochroneRegulator, Trochlea
-from tauto_core.scene.errors import ABSENT, Problem, SceneError, UsageError
+from tauto_core.scene.errors import ABSENT, Problem, SceneError, UsageError, problems_where
 from tauto_core.scene.refuse import NO_KEY, SECTIONS, GivenTimes, explain, out_of_proportion
 from tauto_core.scene.sections import (
     ACCURACY,
@@ -267,64 +267,68 @@ class Scene(Section):
         yield from self.ship.problems()
         yield from self.drift.problems()
         yield from self._suspension_problems()
-        if self.voyage is None and self.gravity == 'normal':
-            yield Problem(
+        if self.voyage is not None:
+            yield from self.voyage.problems()
+            yield from self._log_problems(self.voyage)
+        if self.air is not None:
+            yield from self.air.problems(self)
+        if self.solver is not None:
+            yield from self.solver.problems()
+        named = list(self.drift.covariates or ())
+        heat = [name for name in named if name.startswith('temperature')]
+        yield from problems_where(
+            (
+                self.voyage is None and self.gravity == 'normal',
                 'gravity',
                 'normal',
                 'depends on latitude, and there is no voyage',
                 'Give a number [m/s2], such as 9.80665, or write `voyage: …`.',
-            )
-        if self.voyage is not None:
-            yield from self.voyage.problems()
-            yield from self._log_problems(self.voyage)
-        elif self.drift.lunars is not None:
-            yield Problem(
+            ),
+            (
+                self.voyage is None and self.drift.lunars is not None,
                 'drift.lunars',
                 ABSENT,
                 'needs a voyage: in port the time is known better',
                 'Write `voyage: …`, or leave lunars out.',
-            )
-        if self.air is not None:
-            yield from self.air.problems(self)
-        if 'gravity' in (self.drift.covariates or ()) and self.gravity != 'normal':
-            yield Problem(
+            ),
+            (
+                'gravity' in named and self.gravity != 'normal',
                 'drift.covariates',
-                list(self.drift.covariates or ()),
-                f'names gravity, which is {self.gravity:g} m/s2 everywhere in this scene',
+                named,
+                f'names gravity, which is {self.gravity} m/s2 everywhere in this scene',
                 'Write `gravity: normal` and a voyage, or leave gravity out of the list.',
-            )
-        for name in self.drift.covariates or ():
-            if name.startswith('temperature') and self.air is None:
-                yield Problem(
-                    'drift.covariates',
-                    list(self.drift.covariates or ()),
-                    f'names {name}, and the scene has no air',
-                    f'Write `air: …`, or leave {name} out of the list.',
-                )
-        if self.solver is not None:
-            yield from self.solver.problems()
+            ),
+            (
+                heat and self.air is None,
+                'drift.covariates',
+                named,
+                f'names {" and ".join(heat)}, and the scene has no air',
+                f'Write `air: …`, or leave {" and ".join(heat)} out of the list.',
+            ),
+        )
 
     def _log_problems(self, voyage: Itinerary) -> Iterator[Problem]:
         """Yield the contradictions between a log and the times of the scene."""
         if voyage.log is None or any(voyage.log.problems()):
             return
-        begins = _since_midnight(voyage.log)
-        if abs(math.remainder(self.starts_at - begins, DAY_S)) > 1e-6:
-            yield Problem(
+        begins, end = _since_midnight(voyage.log), voyage.log.at[-1]
+        yield from problems_where(
+            (
+                abs(math.remainder(self.starts_at - begins, DAY_S)) > 1e-6,
                 'starts_at',
                 self.starts_at,
                 f'is another hour of the day than in the log, {begins / 3600.0:.6g} h after '
                 'midnight when the scene starts',
                 f'Leave it out, or write {DAY_S + begins!r}.',
-            )
-        end, interval = voyage.log.at[-1], self.log.interval
-        if self.duration > end + 2.0 * interval:
-            yield Problem(
+            ),
+            (
+                self.duration > end + 2.0 * self.log.interval,
                 'duration',
                 self.duration,
                 f'is longer than the log, which ends {end!r} s after the start',
                 'Leave it out, or make it shorter.',
-            )
+            ),
+        )
 
     def _suspension_problems(self) -> Iterator[Problem]:
         """Yield the problems of the suspension, alone or with the trochlea."""

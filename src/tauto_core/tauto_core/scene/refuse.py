@@ -131,12 +131,10 @@ def _problem(detail: ErrorDetails, root: type[BaseModel]) -> Problem:
 
 def _misfit(value: str, field: FieldInfo | None) -> tuple[str, str] | None:
     """Return why a text with a unit does not fit a field, and the remedy."""
-    unit = None if field is None else declared(field.description)
-    if unit is not None:
-        return misfit(value, unit)
-    if has_unit(value):
+    unit = (None if field is None else declared(field.description)) or ''
+    if not unit and has_unit(value):
         return 'must be a number without a unit', ''
-    return None
+    return misfit(value, unit)
 
 
 def _found(value: object) -> str:
@@ -145,8 +143,6 @@ def _found(value: object) -> str:
     if isinstance(value, str):
         if _is_number(value):
             return ', not text (leave out quotes around numbers)'
-        if _is_number(value.replace(',', '.', 1)):
-            return f', and has a decimal comma: write {value.replace(",", ".", 1)}'
         return ', not text'
     if value is None:
         return ', not empty'

@@ -42,7 +42,7 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema, PydanticCustomError
 
-from tauto_core.scene.errors import ABSENT, Problem
+from tauto_core.scene.errors import ABSENT, Problem, problems_where
 from tauto_core.scene.times import (
     DAY_S,
     EARLIEST_YEAR,
@@ -394,44 +394,23 @@ class Log(Section):
 class Solver(Section):
     """Settings of numerical propagators."""
 
-    accuracy: Number | None = Field(
-        default=None,
-        description='largest error of the reading in a day of the run [s/day], 1e-9 to 1 (when '
-        f'left out without a tolerance: {ACCURACY:g}). It sets the tolerance and, unless given, '
-        'ship.rate',
+    accuracy: Annotated[float, Strict(), Field(ge=LEAST_ACCURACY, le=LARGEST_ACCURACY)] | None = (
+        Field(
+            default=None,
+            description='largest error of the reading in a day of the run [s/day], 1e-9 to 1 '
+            f'(when left out without a tolerance: {ACCURACY:g}). It sets the tolerance and, '
+            'unless given, ship.rate',
+        )
     )
-    tolerance: Number | None = Field(
+    tolerance: (
+        Annotated[float, Strict(), Field(ge=LEAST_TOLERANCE, le=LARGEST_TOLERANCE)] | None
+    ) = Field(
         default=None,
         description='largest relative error of a step, 1e-15 to 1e-3, in place of an accuracy',
     )
 
     def problems(self) -> Iterator[Problem]:
-        """Yield the problems of the accuracy or the tolerance."""
-        for name, floor, top, low, high in (
-            (
-                'accuracy',
-                LEAST_ACCURACY,
-                LARGEST_ACCURACY,
-                ' s/day, about the error of rounding and of the first samples',
-                ' s/day: the phase of the clock would not be known',
-            ),
-            (
-                'tolerance',
-                LEAST_TOLERANCE,
-                LARGEST_TOLERANCE,
-                ', the rounding of double precision',
-                ' of the swing in one step',
-            ),
-        ):
-            value = getattr(self, name)
-            if value is None or floor <= value <= top:
-                continue
-            yield Problem(
-                f'solver.{name}',
-                value,
-                f'is below {floor:g}{low}' if value < floor else f'must be at most {top:g}{high}',
-                f'Leave it out, or use {floor if value < floor else top:g}.',
-            )
+        """Yield the problem of an accuracy with a tolerance."""
         if self.accuracy is not None and self.tolerance is not None:
             yield Problem(
                 'solver.tolerance',
@@ -815,36 +794,39 @@ class Itinerary(Section):
         if wrong:
             yield from wrong
             return
-        if self.date is not None and not EARLIEST_YEAR <= self.date.year <= LATEST_YEAR:
-            yield Problem(
+        year = EARLIEST_YEAR if self.date is None else self.date.year
+        arrives_ns = math.inf if self.arrives_at is None else nanoseconds(self.arrives_at)
+        yield from problems_where(
+            (
+                not EARLIEST_YEAR <= year <= LATEST_YEAR,
                 'voyage.date',
-                self.date.isoformat(),
+                str(self.date),
                 f'must lie in the years {EARLIEST_YEAR} to {LATEST_YEAR}',
                 'Write year, month and day, such as 1761-11-18.',
-            )
-        if self.arrives_at is None and self.speed is None:
-            yield Problem(
+            ),
+            (
+                self.arrives_at is None and self.speed is None,
                 'voyage.arrives_at',
                 ABSENT,
                 'is missing, and there is no speed',
                 'Write `arrives_at: …`, time of landfall from the start [s], or `speed: …` [m/s].',
-            )
-        if self.arrives_at is not None and self.speed is not None:
-            yield Problem(
+            ),
+            (
+                self.arrives_at is not None and self.speed is not None,
                 'voyage.speed',
                 self.speed,
                 f'does not go with voyage.arrives_at, {self.arrives_at!r} s',
                 'Leave one of them out.',
-            )
-        sails_ns = nanoseconds(self.sails_at)
-        if self.arrives_at is not None and nanoseconds(self.arrives_at) <= sails_ns:
-            yield Problem(
+            ),
+            (
+                arrives_ns <= nanoseconds(self.sails_at),
                 'voyage.arrives_at',
                 self.arrives_at,
                 f'must be later than voyage.sails_at, {self.sails_at!r} s, by a nanosecond or '
                 'more',
                 'Give both from the start of the scene, in the order of the voyage.',
-            )
+            ),
+        )
         yield from self._out_of_order()
         for index, (latitude, longitude) in enumerate(self.places):
             if abs(latitude) > HIGHEST_LATITUDE_DEG:

@@ -21,6 +21,7 @@ from __future__ import annotations
 import difflib
 import math
 import re
+from contextlib import suppress
 from fractions import Fraction
 from functools import cache
 from typing import NamedTuple
@@ -231,8 +232,10 @@ def misfit(value: str, unit: str) -> tuple[str, str] | None:
     None if the text is not a number with a unit.
     """
     point = value.replace(',', '.', 1)
-    if point != value and not isinstance(in_unit(point, unit), str):
-        return 'has a decimal comma', f'Write {point}.'
+    if point != value:
+        with suppress(ValueError):
+            measure(point, unit)
+            return 'has a decimal comma', f'Write {point}.'
     match, wanted = re.fullmatch(_MEASURE, value.strip()[: _LONGEST + 1]), unit_of(unit)
     if match is None or wanted is None:
         return None
@@ -262,7 +265,8 @@ def measure(value: float | str, unit: str) -> float:
         number = in_unit(value, unit)
     if isinstance(number, float):
         return number
-    problem, remedy = misfit(str(value), unit) or (f'must be a number [{unit}]', '')
+    in_brackets = f' [{unit}]' if unit else ''
+    problem, remedy = misfit(str(value), unit) or (f'must be a number{in_brackets}', '')
     raise ValueError(f'{problem}. {remedy}'.rstrip('. '))
 
 
