@@ -22,14 +22,8 @@ from tauto_core.ship.coast import (
 
 
 def is_land(outlines: list[FloatArray], longitude: float, latitude: float) -> bool:
-    """Return whether a place is within an odd number of outlines, by a ray to the east."""
-    crossings = 0
-    for x, y in outlines:
-        above = y > latitude
-        for k in np.flatnonzero(above[1:] != above[:-1]):
-            at = x[k] + (latitude - y[k]) / (y[k + 1] - y[k]) * (x[k + 1] - x[k])
-            crossings += at > longitude
-    return crossings % 2 == 1
+    """Return whether a place is within an odd number of outlines, by matplotlib."""
+    return sum(Path(each.T).contains_point((longitude, latitude)) for each in outlines) % 2 == 1
 
 
 WORLD = MapFrame(-180.0, -90.0, 180.0, 90.0)

@@ -136,16 +136,21 @@ def test_missing_column_is_named(tmp_path, column):
     assert column.upper() in caught.value.problem
 
 
-def test_a_column_that_is_there_twice_is_refused(tmp_path):
-    rows = ''.join(f'{row},1.0\n' for row in ROWS.splitlines())
-    with pytest.raises(SceneError, match='line 1, column latitude: is named more than once'):
-        list(read_passages(book(tmp_path, HEADER.replace('\n', ',latitude\n') + rows)))
+FIRST = ROWS.splitlines()[0]
 
 
-def test_row_of_more_cells_than_columns_is_refused(tmp_path):
-    head, first = HEADER.replace('ship,', ''), ROWS.splitlines()[0].replace('La Folle,', '')
-    [passage] = read_passages(book(tmp_path, f'{head}{first},1,2\n'))
-    assert 'cells, the header' in str(next(passage.problems()))
+@pytest.mark.parametrize(
+    ('text', 'problem'),
+    [
+        (f'{HEADER}{FIRST},1,2\n', 'cells, the header'),
+        (f'{HEADER}{ROWS}{FIRST}\n', 'comes again'),
+        (HEADER + ROWS.replace('B-2', ''), 'passage , row 1 (line 6), passage: is missing'),
+        (f'{HEADER}{FIRST}\n', 'a passage needs two'),
+    ],
+)
+def test_faulty_passage_has_its_problem(tmp_path, text, problem):
+    *_, last = read_passages(book(tmp_path, text))
+    assert problem in str(next(last.problems()))
 
 
 def test_long_names_and_names_of_several_lines_are_cut(tmp_path, own):
@@ -159,37 +164,37 @@ def test_long_names_and_names_of_several_lines_are_cut(tmp_path, own):
     assert scene.voyage.log.passage == one.name
 
 
-def test_winds_in_knots_are_doubtful(tmp_path):
-    knots = ROWS.replace('270,6.7', '270,13').replace(',9.3', ',18')
-    found = [
-        [
-            note
-            for note in next(read_passages(book(tmp_path, HEADER + rows))).notes()
-            if 'knots' in note
-        ]
-        for rows in (ROWS, knots)
-    ]
-    assert found == [[], ['a wind of 16.3 m/s in the mean: perhaps in knots']]
+SILENT = ROWS.replace('270,6.7', '362,6.7').replace(',270,9.3,', ',,,')
 
 
-def test_passage_without_wind_has_a_note(tmp_path):
-    silent = HEADER + ROWS.replace('270,6.7', '362,6.7').replace(',270,9.3,', ',,,')
-    for rows, sealess in ((silent, False), (silent.replace(',180,9.3,', ',,,'), True)):
-        notes = next(read_passages(book(tmp_path, rows))).notes()
-        assert any('without a wind, 1 variable' in each for each in notes)
-        assert any(each.endswith('no sea grows from it') for each in notes) == sealess
-
-
-def test_rows_of_a_passage_that_come_again_are_refused(tmp_path):
-    again = ROWS + 'A-1,French,La Folle,Brest,,1785-08-06T12:00,40.0,-13.0,,,20.0\n'
-    *_, last = read_passages(book(tmp_path, HEADER + again))
-    assert 'comes again' in str(next(last.problems()))
+@pytest.mark.parametrize(
+    ('rows', 'notes'),
+    [
+        (ROWS, ['1 of 4 entries without a wind']),
+        (
+            ROWS.replace('270,6.7', '270,13').replace(',9.3', ',18'),
+            [
+                '1 of 4 entries without a wind',
+                'a wind of 16.3 m/s in the mean: perhaps in knots',
+            ],
+        ),
+        (SILENT, ['3 of 4 entries without a wind, 1 variable']),
+        (
+            SILENT.replace(',180,9.3,', ',,,'),
+            ['4 of 4 entries without a wind, 1 variable: no sea grows from it'],
+        ),
+    ],
+)
+def test_doubtful_winds_have_a_note(tmp_path, rows, notes):
+    passage = next(read_passages(book(tmp_path, HEADER + rows)))
+    assert [note for note in passage.notes() if 'wind' in note] == notes
 
 
 @pytest.mark.parametrize(
     ('text', 'what'),
     [
         (HEADER.replace('wind_mps', 'wind_knots') + ROWS, 'wind_mps'),
+        (HEADER.replace('\n', ',latitude\n') + ROWS, 'column latitude: is named more than once'),
         (HEADER, 'no rows'),
         ('a,b\n1,2\n', 'is not a known log-book'),
         ('', 'is not a known log-book'),
@@ -225,14 +230,8 @@ def test_a_small_file_that_unpacks_without_end_is_refused(tmp_path, before, fill
     assert most < (4 * 2**24 if before == '<gpx>' else 20_000_000)
 
 
-def test_a_passage_without_a_name_is_refused_by_its_first_row(tmp_path):
-    *_, last = read_passages(book(tmp_path, HEADER + ROWS.replace('B-2', '')))
-    assert str(next(last.problems())).startswith('passage , row 1 (line 6), passage: is missing')
-
-
-def test_a_passage_of_one_entry_or_of_another_name_is_refused(tmp_path):
-    path = book(tmp_path, HEADER + ROWS.splitlines()[0] + '\n')
-    assert 'a passage needs two' in str(next(find_passage(path, 'A-1').problems()))
+def test_unknown_name_of_a_passage_is_refused(tmp_path):
+    path = book(tmp_path, f'{HEADER}{FIRST}\n')
     with pytest.raises(SceneError, match=r'not one of the 1 passages.*A-1'):
         find_passage(path, 'A-2')
     with pytest.raises(SceneError, match='has 2 passages'):
