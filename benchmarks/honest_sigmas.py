@@ -530,12 +530,12 @@ def coverage(parts: dict[int, float], count: int, runs: int, seed: int) -> list[
     factors: list[int] = []
     for _ in range(runs):
         found = stability(mixed(parts, count, random), 1.0)
-        factors = found.tau_s.astype(int).tolist()
+        factors = found['tau_s'].astype(int).tolist()
         for kind in DEVIATIONS:
             true = np.array([deviation(kind, parts, factor) for factor in factors])
-            each = getattr(found, kind)
-            held[kind] = held[kind] + ((each.low < true) & (true < each.high))
-        named = named + np.isin(found.noise, [NAMES[alpha] for alpha in parts])
+            low, high = found[f'{kind}_low'], found[f'{kind}_high']
+            held[kind] = held[kind] + ((low < true) & (true < high))
+        named = named + np.isin(found['noise'], [NAMES[alpha] for alpha in parts])
     name = ' + '.join(f'{a:g} {NAMES[alpha]}' for alpha, a in parts.items())
     return [
         {

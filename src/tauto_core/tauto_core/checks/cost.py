@@ -317,11 +317,7 @@ def _beginning(scene: Scene, longest_s: float) -> Scene:
 
 
 def _closely_logged(scene: Scene, longest_s: float, tolerance: float | None) -> Scene:
-    """Return a scene with `LEAST_LOGS` log intervals in its beginning, if its pieces allow it.
-
-    Pieces of motion end at logged instants. An interval that shortens them is not taken, since
-    the error of shorter pieces differs from the run's.
-    """
+    """Return a scene with `LEAST_LOGS` intervals at first, if its pieces keep their length."""
     most_ns = min(longest_s, scene.duration) * NS_PER_S / LEAST_LOGS
     if scene.log_interval_ns <= most_ns:
         return scene
@@ -350,13 +346,9 @@ def _closely_logged(scene: Scene, longest_s: float, tolerance: float | None) -> 
 
 
 def _finer_parts(scene: Scene) -> int | None:
-    """Return into how many parts a finer run divides a step, `None` if that is impossible.
-
-    A case that dry friction holds does not move smoothly. The samples of its motion round the
-    jumps off, and are made finer too.
-    """
+    """Return into how many parts a finer run divides a step, `None` if that is impossible."""
     hung, finer = scene.suspension, FINER
-    if hung is not None and hung.sticks:
+    if hung is not None and hung.sticks:  # samples of the case round off its jumps
         fewest = FINER[0] * felt_parts(scene)
         finer = tuple(range(fewest, 2 * fewest)) + FINER
     for parts in finer:
@@ -400,10 +392,7 @@ def _half_turns_apart(a: _Ran, b: _Ran) -> FloatArray:
 
 
 def _run(scene: Scene, limit: Limit, most_s: float = math.inf, work: float = 1.0) -> _Ran:
-    """Run a scene to its end, or to the last logged instant before an error in its motion.
-
-    It may take `most_s` of processor time, and `work` times the work of the scene as asked.
-    """
+    """Run a scene to its end, or to the last logged instant before an error in its motion."""
     while True:
         try:
             return _sailed(scene, limit, min(most_s, limit.left_s), work)
@@ -452,10 +441,7 @@ def _sailed(scene: Scene, limit: Limit, most_s: float, work: float) -> _Ran:
 
 
 class _Growing:
-    """The largest distance so far of two motions, over the initial one, against time.
-
-    Times are evenly spaced from 0 [s]. `logs` has the logarithm of that ratio, which never falls.
-    """
+    """The logarithm of the largest distance so far of two motions over the initial one."""
 
     def __init__(self, times: FloatArray, logs: FloatArray) -> None:
         self._times, self._logs = times, logs

@@ -733,11 +733,7 @@ def _steady_swing(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> dict[st
 
 
 def _wandering(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[str]:
-    """Return a warning if the sea makes the rate wander by more than the navigator expects.
-
-    Only undamped swinging threads are tried, in up to two seconds. A hung case would take ten, and
-    its warning has no figure.
-    """
+    """Return a warning if the sea makes the rate wander by more than the navigator expects."""
     if scene.lies_still or isinstance(machine, InPlaceOfWheel):
         return []
     if not isinstance(machine, HangingMachine):

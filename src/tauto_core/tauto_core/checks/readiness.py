@@ -349,10 +349,7 @@ def _check_motion(scene: Scene, machine: AnyMachine) -> None:
 def _resolvable(
     machine: Machine | LeverMachine, resolved: Callable[[Machine | LeverMachine], bool]
 ) -> str:
-    """Return the nearest machines with a resolved motion, or an empty text.
-
-    `resolved` tests a machine with a range that includes its release.
-    """
+    """Return the nearest machines with a `resolved` motion, or an empty text."""
 
     def released(angle: float) -> bool:
         return resolved(replace(machine, release_angle=angle))

@@ -706,10 +706,7 @@ class SwingTally:
 
     @cached_property
     def _needed(self) -> float:
-        """Energy of the smallest swing that runs a clock [J].
-
-        It reaches the impulse on both sides and exceeds the thermal energy.
-        """
+        """Least energy of a swing that runs a clock: it reaches the impulse on both sides [J]."""
         escapement = self._scene.escapement
         if isinstance(self._machine, InPlaceOfWheel) or escapement is None:
             return THERMAL_ENERGY_J
@@ -722,11 +719,7 @@ class SwingTally:
         self._first_ns = self._last_ns = self._beat_ns = self._reach_ns = first_ns
 
     def _stopped(self, machine: AnyMachine, amplitude: float) -> tuple[float | None, str | None]:
-        """Return when the clock stopped, from the start [s], and why, or `None` twice.
-
-        The period at the last amplitude counts: for a wide swing of a heavy weight it may be many
-        small-swing periods.
-        """
+        """Return when the clock stopped, from the start [s], and why, or `None` twice."""
         allowed_s = SILENCE_PERIODS * nearest_period(machine, amplitude)
         ends: list[tuple[int, str]] = []
         if (self._last_ns - self._beat_ns) / NS_PER_S > allowed_s:

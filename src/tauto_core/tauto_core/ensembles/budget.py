@@ -442,8 +442,8 @@ def _sailed(
 def _sigma(rates: FloatArray) -> float | None:
     """Return the standard deviation of the mean of evenly spread stretches [s/day].
 
-    The differences of neighbours hardly contain the slow changes of the weather (Cochran, Sampling
-    Techniques, 3rd ed., 8.10: a systematic sample of an autocorrelated population).
+    Differences of neighbours have little slow weather (Cochran, Sampling Techniques, 3rd ed.,
+    8.10: a systematic sample of an autocorrelated population).
     """
     if len(rates) < 2:
         return None
@@ -554,10 +554,7 @@ def _materials(
 def _worth(
     scene: Scene, machine: AnyMachine, swing: SteadySwing | None, nominal_s: float, heat: Heat
 ) -> Iterator[Sensitivity]:
-    """Yield the effect of small changes on land, by central differences of the whole machine.
-
-    Impossible changes, such as beyond the end of a cam, are left out.
-    """
+    """Yield the effects of small possible changes on land, by central differences."""
 
     def rate(changed: AnyMachine) -> float:
         if isinstance(changed, HangingMachine):

@@ -174,14 +174,7 @@ def make_entries(
         if not anyway:
             with naming(origin, scene.name):
                 check_known(scene)
-    origins: dict[str, str] = {}
-    for origin, scene in scenes:
-        if scene.name in origins:
-            raise UsageError(
-                f'{origin}: {origins[scene.name]} has the same name, {scene.name!r}, which its '
-                'row needs. Leave one out, or give another `name`'
-            )
-        origins[scene.name] = origin
+    refuse_same_names(scenes)
     _check_shared(scenes)
     if len(set(rolls_deg)) < len(rolls_deg):
         twice = Argument('roll_deg', ','.join(f'{roll:g}' for roll in rolls_deg))
@@ -196,6 +189,18 @@ def make_entries(
                 sailing = cased if passage is None else regulated(cased, machine)
                 entries.append(Entry(origin, sailing, significant_roll_deg(cased)))
     return entries
+
+
+def refuse_same_names(scenes: Sequence[tuple[str, Scene]]) -> None:
+    """Refuse two clocks of one name, which identifies their rows (UsageError)."""
+    origins: dict[str, str] = {}
+    for origin, scene in scenes:
+        if scene.name in origins:
+            raise UsageError(
+                f'{origin}: {origins[scene.name]} has the same name, {scene.name!r}, which its '
+                'row needs. Leave one out, or give another `name`'
+            )
+        origins[scene.name] = origin
 
 
 def _scenes(

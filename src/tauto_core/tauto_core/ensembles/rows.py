@@ -26,7 +26,7 @@ import time
 import warnings
 from array import array
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, closing, contextmanager, nullcontext, suppress
+from contextlib import ExitStack, closing, contextmanager, nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, overload
@@ -177,7 +177,7 @@ class Store:
 
     Raises:
         UsageError: the folder has other contents or another fleet, or another process writes to
-            it.
+            it (when it is opened).
         FleetError: its contents cannot be read.
     """
 
@@ -187,23 +187,24 @@ class Store:
         self._waiting = Rows()
         self._written_s = time.monotonic()
         self.rows = Rows()
-        with (
-            _saying(folder),
-            suppress(FileNotFoundError, NotADirectoryError),
-            self._one_writer(make=False),
-        ):
-            pass
-        self._check_folder()
 
     @contextmanager
     def opened(self) -> Iterator[None]:
         """Lock the folder, write the identity and read the rows. It is made if need be."""
         parts = self._folder / _PARTS
+        self._check_folder()
         with ExitStack() as stack:
             with _saying(self._folder):
                 self._folder.mkdir(parents=True, exist_ok=True)
-                stack.enter_context(self._one_writer())
-            self._check_folder()  # another fleet may have started here since `__init__`
+                try:
+                    stack.enter_context(one_writer(self._folder / _LOCK))
+                except BlockingIOError:
+                    raise UsageError(
+                        Argument('out', self._folder),
+                        ': another process sails a fleet into it. Wait until it ends, or name '
+                        'another folder',
+                    ) from None
+            self._check_folder()  # another fleet may have started here
             self.rows = Rows(self._read())
             self.rows.sort()
             with _saying(self._folder):
@@ -212,19 +213,6 @@ class Store:
                 for drafts in (self._folder.glob(DRAFTS), parts.glob(DRAFTS)):
                     for draft in drafts:  # of a killed process
                         draft.unlink()
-            yield
-
-    @contextmanager
-    def _one_writer(self, *, make: bool = True) -> Iterator[None]:
-        with ExitStack() as stack:
-            try:
-                stack.enter_context(one_writer(self._folder / _LOCK, make=make))
-            except BlockingIOError:
-                raise UsageError(
-                    Argument('out', self._folder),
-                    ': another process sails a fleet into it. Wait until it ends, or name another '
-                    'folder',
-                ) from None
             yield
 
     def add(self, rows: Iterable[dict[str, Any]]) -> None:

@@ -21,7 +21,14 @@ import numpy as np
 from tauto_core import voyage
 from tauto_core.checks.cost import work_s
 from tauto_core.checks.readiness import check_known
-from tauto_core.ensembles.comparison import CLOCKS, Afloat, Sea, on_passage_of, with_rate
+from tauto_core.ensembles.comparison import (
+    CLOCKS,
+    Afloat,
+    Sea,
+    on_passage_of,
+    refuse_same_names,
+    with_rate,
+)
 from tauto_core.ensembles.rows import ENDED, FIGURE_TYPES, Columns, Voyages, sail
 from tauto_core.ensembles.workers import Crew, versions
 from tauto_core.navigation import DriftStage, LongitudeStage, LongitudeTally
@@ -460,10 +467,7 @@ def make_trial(
             cannot be rated as its scene says.
     """
     check_logs(logs)
-    names = [scene.name for _, scene in scenes]
-    for name in names:
-        if names.count(name) > 1:
-            raise UsageError(f'{name}: two clocks are called so. Give one another `name`')
+    refuse_same_names(scenes)
     wrong: list[tuple[str, Problem]] = []
 
     def sound() -> Iterator[LoggedPassage]:
@@ -543,10 +547,7 @@ def _content(scene: Scene, origin: str) -> dict[str, Any]:
 
 
 def _sensed(rules: Rules, clock: TriedClock, typical: Sailing) -> TriedClock:
-    """Return the clock with the covariates of its scene, or all, and their priors.
-
-    They are estimated on one passage only, since the trial runs take longer than a passage.
-    """
+    """Return the clock with its covariates and their priors, estimated on one passage only."""
     content = {**clock.content, 'drift': dict(clock.content.get('drift') or {})}
     keys = content['drift'].pop('covariates', None)
     priors = content['drift'].pop('coefficients', None)

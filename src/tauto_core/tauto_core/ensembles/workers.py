@@ -254,10 +254,7 @@ def _run_alike(
 
 
 def _as_bytes(pool: Executor) -> Callable[..., Future[Any]]:
-    """Return a `submit` with calls that a worker without tauto_core can unpickle.
-
-    Otherwise each call would end one worker after the other.
-    """
+    """Return a `submit` with calls that do not end a worker without tauto_core."""
     from distributed.protocol.pickle import dumps
 
     def opened(call: bytes) -> Any:  # a closure, which is pickled by its code
@@ -269,11 +266,7 @@ def _as_bytes(pool: Executor) -> Callable[..., Future[Any]]:
 
 
 class _Processes(Executor):
-    """Makes each run in one of several processes of this machine, without a port.
-
-    One thread for each process sends it a call and waits for the result. If a process dies, its
-    run is repeated in a new one. `tell` is called in these threads.
-    """
+    """Makes each run in a process of this machine, or in a new one if that dies, without port."""
 
     def __init__(self, jobs: int, tell: Callable[[tuple[int, float]], None]) -> None:
         from loky.backend import resource_tracker as loky_tracker
@@ -374,10 +367,7 @@ def _safe_path() -> Iterator[None]:
 
 
 def _serve(calls: Connection, answers: Connection, parent: int) -> None:
-    """Make the calls that come from `_Processes`, in another process, until the pipe closes.
-
-    Linux ends this process with its parent, even in the middle of a run.
-    """
+    """Make the calls of `_Processes` until the pipe closes. Linux ends this with its parent."""
     from loky.backend.reduction import dumps
     from loky.process_executor import _ExceptionWithTraceback
 
@@ -527,10 +517,7 @@ def versions() -> dict[str, str]:
 
 
 def _check_alike(client: Client, address: str) -> None:
-    """Refuse workers with other versions, which could give other bits. There may be no workers.
-
-    A worker without tauto_core ends when it gets a run.
-    """
+    """Refuse workers with other versions, which could give other bits, or without tauto_core."""
     ours = versions()
     for worker, theirs in client.run(versions, on_error='return').items():
         if not isinstance(theirs, dict):

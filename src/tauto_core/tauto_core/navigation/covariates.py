@@ -163,11 +163,7 @@ def climate_walk(scene: Scene) -> ClimateWalk:
 
 @lru_cache(maxsize=64)
 def _per_kelvin(tried: _Tried, begins: float) -> tuple[float, float]:
-    """Return the change of the rate per kelvin towards cold and towards warm [1/K].
-
-    `begins` is the temperature at departure [°C]. The changes are 0 if the machine does not swing
-    steadily.
-    """
+    """Return the change of the rate per kelvin [1/K] below and above `begins` [°C], or 0."""
     built = cast(AnyMachine, compile_machine(tried.scene))
     base, slopes = built.at_celsius(begins), [0.0, 0.0]
     nominal_s = nominal_period_s(tried.scene, base)
@@ -572,12 +568,7 @@ def _runs(tried: _Tried, names: tuple[str, ...], heave: float) -> tuple[Runs, ..
 def _by_heat(
     tried: _Tried, warmth: tuple[float, float, float], powers: tuple[int, ...]
 ) -> tuple[Runs, ...]:
-    """Return the coefficients of temperature, by the rates of the warmer and colder machine.
-
-    One polynomial of the `powers` passes through the rates at both ends of the range, another
-    through the rates half way; with one power there is one for each end. `warmth` is the
-    temperature at the start, the lowest and the highest [°C].
-    """
+    """Return the coefficients of `powers` of temperature, from rates at the ends of its range."""
     machine, (begins, lowest, highest) = compile_machine(tried.scene), warmth
     ends = np.array([min(lowest - begins, -HEAT_STEP), max(highest - begins, HEAT_STEP)])
     groups = list(ends[:, None]) if len(powers) == 1 else [0.5 * ends, ends]
@@ -599,12 +590,7 @@ def _by_heat(
 
 
 def _warm_rate(scene: Scene, machine: AnyMachine, base: AnyMachine, nominal_s: float) -> float:
-    """Return the rate of a dial at the temperature of a machine, released as `base` is.
-
-    It is the rate of the steady swing. A wheel without drag or drive keeps its action instead, as
-    it does while the temperature changes slowly, except with a lever. Machines without a steady
-    swing are run: swinging threads, decaying swings, some unbalanced wheels.
-    """
+    """Return the rate of the steady swing, at equal action if it is free, or else of a run."""
     steady = isinstance(machine, LeverMachine) or (
         isinstance(machine, Machine) and machine.imbalance is None
     )
@@ -639,11 +625,7 @@ def _action(machine: Machine, amplitude: float) -> float:
 
 
 class _Run:
-    """Runs the clock of a scene on one ship after the other, in one stage.
-
-    A run lasts `length_s` after the swing has settled. If it `changes` gravity, the swing settles
-    again before that. By default the machine is the scene's.
-    """
+    """Runs of a clock on one ship after the other, `length_s` long once the swing has settled."""
 
     def __init__(
         self,
@@ -700,11 +682,7 @@ class _Run:
 
 
 def _slope(error_s: FloatArray, interval_s: float) -> float:
-    """Return the mean rate of evenly spaced errors.
-
-    The line is fitted with weights that fall to zero smoothly at both ends (cos⁴): oscillations
-    about it, of any period, cancel.
-    """
+    """Return the mean rate of even errors. The weights cos⁴ remove oscillations of any period."""
     count = len(error_s)
     at = (np.arange(count) - 0.5 * (count - 1)) * interval_s
     weight = np.cos(math.pi * at / (count * interval_s)) ** 4

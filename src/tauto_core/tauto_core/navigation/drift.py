@@ -118,11 +118,7 @@ def estimate_names(covariates: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _sigma(variance: FloatArray) -> FloatArray:
-    """Return the sigma of a variance, infinite if rounding has made it negative.
-
-    This takes stamps or true times of a broken sensor: with rates of millions of seconds per
-    second no prediction is possible.
-    """
+    """Return the sigma of a variance, infinite if rounding of absurd stamps made it negative."""
     return np.sqrt(np.where(variance < 0.0, np.inf, variance))
 
 
@@ -274,10 +270,7 @@ class Track(Stateful):
         return filter_phases(start, stamps, phases, self._model, sigmas, integrals)
 
     def _remember(self, history: list[Seen], new: list[Observed], way: Filtered) -> None:
-        """Move the base forward when there are twice as many observations as needed.
-
-        `new` belong to the run, `history` to the time between the base and the run.
-        """
+        """Move the base forward once there are 2 `REMEMBERED`: `history`, then the run's `new`."""
         total = len(history) + len(new)
         begin = max(total - REMEMBERED - len(history), 0) if total >= 2 * REMEMBERED else 0
         fates = way.fate[begin:].tolist()
@@ -687,11 +680,7 @@ class DriftStage(Stateful):
         return True
 
     def _release(self, before_ns: int, *, final: bool = False) -> Batches:
-        """Use the observations, and publish the readings with stamp < before_ns.
-
-        Later readings wait for an observation. If `final`, the others no longer wait for the
-        motion.
-        """
+        """Use the observations, and publish the readings before `before_ns`, or all if `final`."""
         if self._motion is not None and not final:
             reached_ns = self._motion.reached_ns
             if self._schedule is None:  # in a live graph they wait no longer than HELD_S

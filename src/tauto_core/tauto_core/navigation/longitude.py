@@ -310,10 +310,7 @@ class LongitudeStage(Stateful):
         return outputs
 
     def _see_setting(self, reading: TimeSamples) -> None:
-        """Start again after the dial was set again, for example when sim time has gone back.
-
-        On each topic samples of the earlier time are left out until its stamps go back, too.
-        """
+        """Start again with a new setting. Topics drop samples until their stamps go back, too."""
         for source in dict.fromkeys(reading.source.tolist()):
             setting = DialSetting.of(str(source))
             if setting is None:
@@ -441,11 +438,7 @@ class LongitudeStage(Stateful):
         return {t: take(part, np.isin(part.stamp_ns, common)) for t, part in parts.items()}
 
     def _places(self, stamps: IntArray) -> FixSamples:
-        """Return the ship's position at some stamps: the latest fix, or else the route.
-
-        A live clock has NaN instead of the route, and for a fix that is too old. Its variances
-        grow with the age of the fix.
-        """
+        """Return the latest fix at each stamp, or else the route. A live clock has NaN instead."""
         if self._first_ns is None:
             self._first_ns = self._setting.set_ns if self._setting else int(stamps[0])
         places = self._route.fixes(stamps - self._first_ns + self._starts_at_ns)

@@ -8,8 +8,6 @@ degrees of freedom of each kind.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -196,11 +194,7 @@ def mean_square(phase: FloatArray, difference: Difference) -> float:
 def _log_likelihood(
     grown: float, alpha: int, fine: Difference, coarse: Difference, count: int
 ) -> float:
-    """Return the log-likelihood of the logarithm of a ratio of mean squares, less a constant.
-
-    Each mean square is χ² with its degrees of freedom. The logarithm of their ratio is nearly
-    normal.
-    """
+    """Return the log-likelihood of the log of a ratio of two χ² mean squares, less a constant."""
     from scipy import special  # slow to import
 
     halves = np.array([1.0 / pair(alpha, diff, diff, count).shared for diff in (fine, coarse)])
@@ -231,43 +225,6 @@ JITTER = 0.01
 """Largest irregularity of evenly spaced readings, relative to their interval."""
 
 
-@dataclass(frozen=True)
-class Deviation:
-    """One kind of deviation against τ. All are (n,).
-
-    Args:
-        value: the deviation of the relative frequency [1], or the time deviation [s].
-        low, high: confidence interval of `_CONFIDENCE`.
-    """
-
-    value: FloatArray
-    low: FloatArray
-    high: FloatArray
-
-
-@dataclass(frozen=True)
-class Stability:
-    """The stability of a clock.
-
-    Args:
-        samples: number of readings used.
-        tau_s: averaging times, doubling from the interval of the readings [s], (n,).
-        noise: most probable kind of noise at each, one of `NOISES`.
-        noise_probability: its probability, (n,).
-        allan, modified, hadamard: overlapping deviations of relative frequency.
-        time: τ/√3 times the modified one [s].
-    """
-
-    samples: int
-    tau_s: FloatArray
-    noise: tuple[str, ...]
-    noise_probability: FloatArray
-    allan: Deviation
-    modified: Deviation
-    time: Deviation
-    hadamard: Deviation
-
-
 def stability_of(reading: TimeSamples) -> dict[str, Any]:
     """Return the stability of a clock from its readings as plain values.
 
@@ -277,23 +234,16 @@ def stability_of(reading: TimeSamples) -> dict[str, Any]:
     that are too few, not evenly spaced, or noiseless are an EstimationError.
     """
     error, interval_s = error_of(reading)
-    result = stability(error, interval_s)
-    columns: dict[str, Sequence[Any]] = {
-        'tau_s': result.tau_s.tolist(),
-        'noise': result.noise,
-        'noise_probability': result.noise_probability.tolist(),
+    columns = {
+        name: np.asarray(column).tolist() for name, column in stability(error, interval_s).items()
     }
-    for name in ('allan', 'modified', 'time', 'hadamard'):
-        deviation: Deviation = getattr(result, name)
-        columns[name] = deviation.value.tolist()
-        columns[f'{name}_low'] = deviation.low.tolist()
-        columns[f'{name}_high'] = deviation.high.tolist()
-    rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
     return {
-        'samples': result.samples,
+        'samples': len(error),
         'interval_s': interval_s,
         'confidence': _CONFIDENCE,
-        'rows': rows,
+        'rows': [
+            dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)
+        ],
     }
 
 
@@ -325,11 +275,12 @@ def error_of(reading: TimeSamples) -> tuple[FloatArray, float]:
 
 def stability(
     error_s: FloatArray, interval_s: float, factors: tuple[int, ...] | None = None
-) -> Stability:
-    """Return deviations of a clock from its errors [s] at even intervals.
+) -> dict[str, Any]:
+    """Return deviations of a clock from its errors [s] at even intervals, by columns (n,).
 
-    Averaging times are increasing `factors` of the interval, or powers of two, up to a sixth of
-    the readings. Fewer than `FEWEST` errors, or a parabola to rounding, are an EstimationError.
+    The columns are the keys of the rows of `stability_of`. Averaging times are increasing
+    `factors` of the interval, or powers of two, up to a sixth of the readings. Fewer than `FEWEST`
+    errors, or a parabola to rounding, are an EstimationError.
     """
     import allantools
 
@@ -354,25 +305,27 @@ def stability(
     weights = by_octave[[factor.bit_length() - 1 for factor in factors]]
     rate = 1.0 / interval_s
     taus = np.array(factors) * interval_s
-    deviations = {}
-    for name, order, modified in (('oadev', 2, False), ('mdev', 2, True), ('ohdev', 3, False)):
+    kinds = list(NOISES.values())
+    columns: dict[str, Any] = {
+        'tau_s': taus,
+        'noise': [kinds[place] for place in np.argmax(weights, axis=1)],
+        'noise_probability': np.max(weights, axis=1),
+    }
+    for kind, name, order, scale in (
+        ('allan', 'oadev', 2, 1.0),
+        ('modified', 'mdev', 2, 1.0),
+        ('time', 'mdev', 2, taus / np.sqrt(3.0)),
+        ('hadamard', 'ohdev', 3, 1.0),
+    ):
         deviation = getattr(allantools, name)(error, rate=rate, data_type='phase', taus=taus)[1]
-        differences = [Difference(order, factor, modified) for factor in factors]
+        differences = [Difference(order, factor, name == 'mdev') for factor in factors]
         low, high = deviation * _bounds(weights, differences, len(error))
-        deviations[name] = Deviation(deviation, low, high)
-    modified_one, to_time = deviations['mdev'], taus / np.sqrt(3.0)
-    return Stability(
-        samples=len(error),
-        tau_s=taus,
-        noise=tuple(list(NOISES.values())[place] for place in np.argmax(weights, axis=1)),
-        noise_probability=np.max(weights, axis=1),
-        allan=deviations['oadev'],
-        modified=modified_one,
-        time=Deviation(
-            to_time * modified_one.value, to_time * modified_one.low, to_time * modified_one.high
-        ),
-        hadamard=deviations['ohdev'],
-    )
+        columns |= {
+            kind: scale * deviation,
+            f'{kind}_low': scale * low,
+            f'{kind}_high': scale * high,
+        }
+    return columns
 
 
 def _bounds(weights: FloatArray, differences: list[Difference], count: int) -> FloatArray:
