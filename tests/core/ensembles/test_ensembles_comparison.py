@@ -15,7 +15,7 @@ from tauto_core.ensembles.comparison import (
     in_one_sea,
     make_entries,
     on_passage_of,
-    sail_together,
+    sail_sea,
 )
 from tauto_core.ensembles.trials import Rules, Sailing, TriedClock, _content, sail_passage
 from tauto_core.samples import READING, TimeSamples, same
@@ -40,6 +40,10 @@ voyage: {{departure: [50.0, 0.0], arrival: [51.0, 0.0], sails_at: 600.0, arrives
 drift: {{observation_interval: 60.0, observation_sigma: 0.01, prior_rate_sigma: 1000.0}}
 log: {{interval: 10.0}}
 """
+
+
+def sail_together(entries):
+    return [found['row'] for found in sail_sea(list(enumerate(entries)), None)]
 
 
 def entry(tmp_path, name, distance=0.080, period=9.0, nominal=1.0):

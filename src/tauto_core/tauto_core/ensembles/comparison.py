@@ -527,12 +527,6 @@ def in_one_sea(entries: Sequence[Entry], jobs: int) -> list[list[tuple[int, Entr
     return [sea[k::parts] for sea in seas.values() for k in range(parts) if sea[k:]]
 
 
-def sail_sea(voyage: Sequence[tuple[int, Entry]], progress: Progress) -> list[dict[str, Any]]:
-    """Return the rows of entries, each as one value with its place."""
-    rows = sail_together([entry for _, entry in voyage], progress)
-    return [{'ship': place, 'row': row} for (place, _), row in zip(voyage, rows, strict=True)]
-
-
 class Sea:
     """The sea of a voyage: the ship's motion and its integrals, which several clocks share.
 
@@ -708,12 +702,21 @@ _OF_A_ROW = (
 """Figures that have the same name in a row of a comparison."""
 
 
-def sail_together(entries: Sequence[Entry], progress: Progress | None = None) -> list[Row]:
-    """Run clocks in one sea. An event that stops one is its result, and the others go on."""
+def sail_sea(
+    voyage: Sequence[tuple[int, Entry]], progress: Progress | None
+) -> list[dict[str, Any]]:
+    """Sail entries in one sea, and return each row as one value with its place.
+
+    An event that stops a clock is its result, and the others go on.
+    """
     began = time.thread_time()
+    entries = [entry for _, entry in voyage]
     scenes = [entry.scene for entry in entries]
     sea = Sea(scenes, [entry.origin for entry in entries])
     sailing = [_Compared(entry, sea) for entry in entries]
     shaken = any(name in SHAKEN_BY for scene in scenes for name in scene.drift.covariates or ())
     sea.sail(sailing, began, progress, as_messages=shaken)
-    return [clock.row() for clock in sailing]
+    return [
+        {'ship': place, 'row': clock.row()}
+        for (place, _), clock in zip(voyage, sailing, strict=True)
+    ]
