@@ -39,7 +39,7 @@ def run(given, x):
 
 
 class Program:
-    """Two modules, imported anew as by another process."""
+    """Two modules, imported again as by another process."""
 
     def __init__(self, folder: Path) -> None:
         self.laws, self.kernel = folder / 'laws_of_a_test.py', folder / 'kernel_of_a_test.py'
@@ -47,7 +47,7 @@ class Program:
         self.kernel.write_text(KERNEL.format(laws=self.laws.stem))
 
     def run(self, x: float = 1.0) -> tuple[float, int]:
-        """What the kernel returns, and how many were compiled."""
+        """Return the kernel's result, and the number of compiled kernels."""
         forget_sources()
         for path in (self.laws, self.kernel):
             module = module_of(path)
@@ -75,13 +75,13 @@ def program(tmp_path, monkeypatch):
 
 
 def forget_sources():
-    """Files are read once a process: a change is seen by the next."""
+    """Files are read once per process: forget them as the next process would."""
     for known in (marks._definitions, marks.source_of, marks.contents, marks.digest):
         known.cache_clear()
 
 
 def kept_header() -> dict[str, Any]:
-    """What is written beside the code that is kept."""
+    """Return the header of the stored code."""
     kept = entries.read(next(path.name for path in entries.folder().iterdir()))
     assert kept is not None
     return kept[0]
@@ -98,7 +98,7 @@ def test_a_second_run_loads_what_the_first_has_compiled(program):
     assert program.run() == (19.0, 0)
 
 
-def test_a_change_of_any_source_that_was_used_compiles_anew(program):
+def test_a_change_of_any_source_compiles_anew(program):
     program.run()
     edit(program.laws, 'given.rate * x', 'given.bend * x')
     assert program.run() == (5.5, 1)
@@ -111,8 +111,8 @@ def test_a_change_of_any_source_that_was_used_compiles_anew(program):
     assert program.run() == (10.0, 0)
 
 
-def test_a_name_that_means_something_else_compiles_anew(program, monkeypatch):
-    """No file has changed, but the value that a name stands for is part of the code."""
+def test_another_value_of_a_name_compiles_anew(program, monkeypatch):
+    """The files are the same, but the value of a name is part of the code."""
     assert program.run() == (19.0, 1)
     header = kept_header()
     assert marks.is_unchanged(header['files'], header['names'])
@@ -133,8 +133,8 @@ def test_a_file_cut_short_is_compiled_anew(program):
 
 
 @pytest.mark.parametrize('what', ['link', 'pipe', 'group', 'others', 'large', 'owner'])
-def test_an_entry_that_another_could_have_put_there_is_not_run(program, what):
-    """Its folder is the user's alone by now; two kernels are one warning."""
+def test_an_entry_that_another_user_may_have_put_there_is_not_run(program, what):
+    """In a private folder. Two kernels give one warning."""
     program.run()
     (kept,) = entries.folder().iterdir()
     if what in {'link', 'pipe'}:
@@ -162,7 +162,7 @@ def test_the_folder_and_its_files_are_the_users_alone(program):
     assert [path.stat().st_mode & 0o777 for path in folder.iterdir()] == [0o600]
 
 
-def test_what_others_may_write_is_not_run(program):
+def test_a_folder_that_others_may_write_is_not_used(program):
     program.run()
     entries.folder().chmod(0o777)
     with pytest.warns(
@@ -172,7 +172,7 @@ def test_what_others_may_write_is_not_run(program):
     assert len(said) == 1
 
 
-def test_a_folder_that_cannot_be_written_is_named_with_its_remedy_once(program, monkeypatch):
+def test_an_unwritable_folder_gives_one_warning_with_its_remedy(program, monkeypatch):
     place = program.laws.parent / 'a_file'
     place.write_text('')
     monkeypatch.setenv('TAUTO_CACHE_DIR', str(place))
@@ -220,7 +220,7 @@ def test_two_processes_at_once_leave_one_whole_file(program):
     assert program.run() == (19.0, 0)
 
 
-def test_the_cache_has_a_place_where_nothing_says_so(monkeypatch):
+def test_the_default_place_of_the_cache(monkeypatch):
     monkeypatch.delenv('TAUTO_CACHE_DIR', raising=False)
     monkeypatch.setenv('XDG_CACHE_HOME', '/somewhere')
     assert entries.folder() == Path('/somewhere/tauto')
@@ -237,14 +237,14 @@ def test_the_compiler_itself_is_a_source(program, monkeypatch):
     assert not marks.is_unchanged(other, header['names'])
 
 
-def test_what_has_run_for_a_while_is_optimised_once(program, monkeypatch):
+def test_code_that_has_run_for_a_while_is_optimised_once(program, monkeypatch):
     assert [program.run(), program.again()] == [(19.0, 1), (19.0, 0)]
     monkeypatch.setattr(entries, 'OPTIMISED_AFTER_S', 0.0)
     assert [program.again(), program.again()] == [(19.0, 1), (19.0, 0)]
     assert len(list(entries.folder().iterdir())) == 2
 
 
-def test_another_run_prefers_what_has_been_optimised(program, monkeypatch):
+def test_another_run_prefers_optimised_code(program, monkeypatch):
     with optimised():
         assert program.run() == (19.0, 1)
     monkeypatch.setattr(entries, 'OPTIMISED_AFTER_S', 0.0)
@@ -252,7 +252,7 @@ def test_another_run_prefers_what_has_been_optimised(program, monkeypatch):
     assert len(list(entries.folder().iterdir())) == 1
 
 
-def test_where_nothing_may_stall_quick_code_is_optimised_at_once(program):
+def test_under_optimised_quick_code_is_optimised_at_once(program):
     program.run()
     with optimised():
         assert [program.again(), program.again()] == [(19.0, 1), (19.0, 0)]

@@ -18,14 +18,14 @@ SHIFT, MASK = np.uint64(33), np.uint64(2**40 - 1)
 
 @pytest.fixture(autouse=True, scope='module')
 def own_cache(tmp_path_factory):
-    """Nothing is loaded that an earlier run has compiled."""
+    """Keep the code of earlier runs away."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv('TAUTO_CACHE_DIR', str(tmp_path_factory.mktemp('kernels')))
         yield
 
 
 def bits(x: Any) -> Any:
-    """What must be the same: each number with its kind and all its bits."""
+    """Each number with its kind and all its bits."""
     if isinstance(x, tuple):
         return tuple(bits(item) for item in x)
     if isinstance(x, np.ndarray):
@@ -77,38 +77,14 @@ def powers(a: float, i: int) -> Any:
 def functions(a: float, b: float) -> Any:
     x = abs(a) + 0.5
     one = math.sqrt(x), math.cos(b), math.exp(a), math.atan2(a, b), math.hypot(a, b)
-    two = (
-        math.sin(b),
-        math.asin(a / (1.0 + x)),
-        math.asinh(a),
-        math.copysign(a, b),
-        math.tan(a),
-        math.log(x),
-    )
-    return (
-        one,
-        two,
-        abs(a),
-        min(a, b),
-        max(a, b, 0.0),
-        math.isfinite(a / b),
-        math.isfinite(a),
-        math.sqrt(2.0),
-        max(2, 3),
-    )
+    two = math.sin(b), math.asin(a / (1.0 + x)), math.asinh(a), math.copysign(a, b), math.tan(a)
+    three = math.log(x), math.isfinite(a / b), math.isfinite(a), math.sqrt(2.0)
+    return one, two, three, abs(a), min(a, b), max(a, b, 0.0), max(2, 3)
 
 
 def conversions(a: float, i: int) -> Any:
-    return (
-        int(a),
-        float(i),
-        round(a),
-        math.floor(a),
-        math.ceil(a),
-        bool(i),
-        int(i > 2),
-        float(a < 1),
-    )
+    one = int(a), float(i), round(a), math.floor(a), math.ceil(a)
+    return one, bool(i), int(i > 2), float(a < 1)
 
 
 def comparisons(a: float, b: float, i: int) -> Any:
@@ -340,7 +316,7 @@ def test_a_construct_gives_what_python_gives(kernel):
         assert bits(tuple(mine)) == bits(tuple(plain)), given
 
 
-def test_a_power_known_when_compiling_is_a_product():
+def test_a_constant_power_is_a_product():
     def power(a: float) -> Any:
         return a**5, a**-3
 
@@ -348,7 +324,7 @@ def test_a_power_known_when_compiling_is_a_product():
         assert entry(power)(a) == (a * ((a * a) * (a * a)), 1.0 / (a * (a * a)))
 
 
-def test_ways_that_return_a_float_or_a_whole_number_return_a_float():
+def test_branches_that_return_a_float_or_an_int_return_a_float():
     fast = entry(returns_early)
     for a, i in ((1.5, -1), (1.5, 9), (0.1, 4)):
         found = fast(a, i)
@@ -364,7 +340,7 @@ def test_records_are_read_and_written_by_their_fields():
     assert states[0].tolist() == (1.0, 2)
 
 
-def test_a_record_of_its_own_has_fields_of_one_number_and_of_several():
+def test_fields_of_a_record_hold_one_number_or_several():
     def moved(state: Any) -> Any:
         places = state.places
         places[1] += state.speed
@@ -404,7 +380,7 @@ def kind_of(x: Any) -> int:
     return 2 if isinstance(x, Other) else 3
 
 
-def test_a_test_of_what_an_argument_is_leaves_one_way():
+def test_a_class_test_of_an_argument_leaves_one_branch():
     @entry
     def kinds(pair, other, number):
         return kind_of(None), kind_of(pair), kind_of(other), kind_of(number)
@@ -413,7 +389,7 @@ def test_a_test_of_what_an_argument_is_leaves_one_way():
 
 
 class Doubles:
-    """What a class of numbers may inherit."""
+    """A base of a class of numbers."""
 
     first: float
 
@@ -460,7 +436,7 @@ def test_a_record_holds_records_and_arrays_of_them():
 
 
 REFUSED = {
-    'what is not known': (lambda a: a + nothing, 'nothing is not set'),  # type: ignore[name-defined]  # noqa: F821
+    'an unknown name': (lambda a: a + absentee, 'absentee is not set'),  # type: ignore[name-defined]  # noqa: F821
     'a list': (lambda a: [a], 'List'),
     'a word': (lambda a: 'x' + a, "Add of 'x' and float"),
     'a picked item of many kinds': (lambda a: (a, 1)[int(a)], 'picked'),
@@ -476,7 +452,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize('name', REFUSED)
-def test_what_the_language_has_not_is_refused_with_its_place(name):
+def test_an_unknown_construct_is_refused_with_its_place(name):
     kernel, words = REFUSED[name]
     argument = {'rows': np.zeros(3), 'i': 1}.get(kernel.__code__.co_varnames[0], 1.0)
     with pytest.raises(KernelError, match=words) as caught:
@@ -535,12 +511,12 @@ def deep(a):
         (deep, 'deep calls itself'),
     ],
 )
-def test_a_variable_must_be_of_one_kind_where_it_is_read(kernel, words):
+def test_a_variable_must_have_one_kind_to_be_read(kernel, words):
     with pytest.raises(KernelError, match=words):
         entry(kernel)(1.0)
 
 
-def test_an_error_names_the_way_through_all_functions():
+def test_an_error_names_all_functions_on_its_way():
     @compiled
     def inner(a):
         for _ in range(2):
@@ -558,7 +534,7 @@ def test_an_error_names_the_way_through_all_functions():
     assert f':{line + 3} in' in places[0]
 
 
-def test_arguments_that_no_kernel_takes_are_refused_by_name():
+def test_unsupported_arguments_are_refused_by_name():
     fast = entry(lambda rows: rows[0, 0])
     with pytest.raises(KernelError, match='rows is or holds an array that is not C-contiguous'):
         fast(np.zeros((4, 3)).T)
@@ -571,7 +547,7 @@ def test_arguments_that_no_kernel_takes_are_refused_by_name():
     assert fast(np.ones((2, 2))) == 1.0
 
 
-def test_numbers_of_numpy_are_numbers_and_each_structure_has_its_own_code():
+def test_each_structure_of_arguments_has_its_own_code():
     @entry
     def half(x):
         return x / 2 if isinstance(x, float) else x // 2

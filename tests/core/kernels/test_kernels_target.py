@@ -30,8 +30,8 @@ def text_of(kernel: Any, *args: Any) -> tuple[str, Any]:
     return str(program.module), program.result
 
 
-def test_a_processor_without_vectors_gives_the_same_bits_optimised_or_not():
-    """Plain x86-64 has no fused multiply-add, so the function of the C library takes its place."""
+def test_a_processor_without_vectors_gives_the_same_bits():
+    """Optimised or not. On plain x86-64 the C library's fma replaces the instruction."""
     if not machine_code.processor()[0].startswith('x86_64'):
         pytest.skip('x86-64 alone has processors that differ so much')
     rows = np.random.default_rng(1).normal(size=(9, 8))
@@ -107,10 +107,8 @@ def _flat(x: Any) -> list[float]:
     return [each for item in x for each in _flat(item)] if isinstance(x, tuple) else [float(x)]
 
 
-def test_threads_run_at_the_same_time_and_compile_one_after_the_other():
-    """Each kernel waits until the other runs too, which is possible only if neither holds a
-    lock.
-    """
+def test_kernels_of_two_threads_run_at_the_same_time():
+    """Each kernel waits for the other, which a lock would prevent."""
 
     @entry
     def meet(flags: Any, mine: int, other: int) -> bool:

@@ -1,8 +1,8 @@
-"""Machines whose thread may go slack by SciPy's DOP853, written from the equations of threads.md.
+"""Machines with a thread that may go slack by SciPy's DOP853, from the equations of threads.md.
 
-Taut or slack, wheel and weight have their own coordinates here; a taut thread is a tension that
-keeps its constraint, and a slack one is none. Nothing is shared with the engine but the
-polynomials of the ship's motion and, for ideal threads, the cam.
+Wheel and weight always have coordinates of their own, and the tension of a taut thread keeps its
+constraint. The engine shares only the polynomials of the ship's motion and, for ideal threads, the
+cam.
 """
 
 from __future__ import annotations
@@ -13,39 +13,20 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
-from thread_references import LeverReference
+from thread_references import Inputs, LeverReference
 
 RTOL, ATOL = 1e-13, 1e-15
 
 
-class Ship:
-    """γ or β, τ, g_eff and α = γ − τ in one span, with rates."""
-
-    def __init__(self, forcing: Any, k: int, gravity: float) -> None:
-        self.begin, self.length = float(forcing.begin[k]), float(forcing.length_s[k])
-        self.seconds = (float(forcing.end[k]) - self.begin) * self.length
-        self.gravity = gravity
-
-        def channel(rows: Any) -> list[Any]:
-            one = np.polynomial.Polynomial([0.0] if rows is None else rows[k])
-            return [one, one.deriv(), one.deriv(2)]
-
-        self.line, self.tilt = channel(forcing.neutral), channel(forcing.tilt)
-        self.pull = None if forcing.gravity is None else channel(forcing.gravity)[0]
-
-    def __call__(self, t: float) -> tuple[tuple[float, ...], tuple[float, ...], float]:
-        x, per_s = self.begin + t / self.length, 1.0 / self.length
-        line = tuple(float(c(x)) * per_s**n for n, c in enumerate(self.line))
-        tilt = tuple(float(c(x)) * per_s**n for n, c in enumerate(self.tilt))
-        return line, tilt, self.gravity if self.pull is None else float(self.pull(x))
+class Ship(Inputs):  # type: ignore[misc]
+    """The ship's motion in one span, with the specific force."""
 
     def force(self, t: float) -> tuple[float, float]:
-        """Specific force to port and up in the case.
+        """Specific force to port and up in the case, from g_eff and τ.
 
-        By g_eff and τ, of which it makes another near weightlessness: z̃ in place of z, and the
-        component along that (threads.md).
+        Near weightlessness these belong to a force with z̃ in place of z (threads.md).
         """
-        _, tilt, g = self(t)
+        _, tilt, g = self.channels(t)
         slope, z = math.tan(tilt[0]), g * math.cos(tilt[0])
 
         def upward(z: float) -> float:
@@ -64,14 +45,14 @@ class Ship:
 
     def falls(self, t: float) -> np.ndarray:
         """Acceleration of a weight that falls, to port and up."""
-        line, tilt, _ = self(t)
+        line, tilt, _ = self.channels(t)
         (y, z), alpha = self.force(t), line[0] - tilt[0]
         sine, cosine = math.sin(alpha), math.cos(alpha)
         return -np.array([y * cosine - z * sine, y * sine + z * cosine])
 
 
 class TrueShip(Ship):
-    """The force at the clock (ship.1), of the falling ship of test_motion_slack: no z̃ in it."""
+    """The force at the clock (ship.1) of the falling ship of test_motion_slack, without z̃."""
 
     amplitude = 2.5
 
@@ -90,7 +71,7 @@ class TrueShip(Ship):
 
 
 class Reference:
-    """A wheel (its angle and ψ̇ come first in the state) and what its thread carries."""
+    """A wheel (its angle and ψ̇ come first in the state) and the load of its thread."""
 
     ship: type[Ship] = Ship
 
@@ -130,7 +111,7 @@ class Reference:
         for k in range(len(forcing.length_s)):
             ship, t = self.ship(forcing, k, self.machine.gravity), 0.0
             if self.taut:
-                # where γ̇ of two polynomials differs the momentum stays
+                # the momentum is continuous, even if γ̇ of two polynomials differs
                 y = self.shared(0.0, y, ship)
             while t < ship.seconds:
                 t, y = self.piece(t, y, ship)
@@ -140,7 +121,7 @@ class Reference:
         return np.array(rows)
 
     def piece(self, t: float, y: np.ndarray, ship: Ship) -> tuple[float, np.ndarray]:
-        """Integrate to the next event or the end of the span; apply the event."""
+        """Integrate to the next event or the end of the span, and apply the event."""
 
         def thread(t: float, y: np.ndarray) -> float:
             return (self.tension if self.taut else self.gap)(t, y, ship) + 1e-14
@@ -199,18 +180,18 @@ class Ideal(Reference):
         return g + machine.stiffness * height / machine.carried_mass
 
     def wheel(self, t: float, y: np.ndarray, ship: Ship) -> tuple[float, float]:
-        line, tilt, _ = ship(t)
+        line, tilt, _ = ship.channels(t)
         return y[0] + tilt[0], y[1] - line[1] + tilt[1]
 
     def start(self, ship: Ship) -> np.ndarray:
-        line, tilt, _ = ship(0.0)
+        line, tilt, _ = ship.channels(0.0)
         q, speed = self.machine.release_angle - tilt[0], -tilt[1]
         arm, _, lift = self.arm(q)
         return np.array([q, speed + line[1], lift, arm * speed])
 
     def tension(self, t: float, y: np.ndarray, ship: Ship) -> float:
         """T/m from d²(η − h)/dt² = 0."""
-        line, _, g = ship(t)
+        line, _, g = ship.channels(t)
         arm, slope, _ = self.arm(y[0])
         speed, mu = y[1] - line[1], self.machine.carried_mass / self.machine.inertia
         free = -self.braking(self.wheel(t, y, ship)[1]) - line[2]
@@ -221,14 +202,14 @@ class Ideal(Reference):
         return y[2] - self.arm(y[0])[2]
 
     def moved(self, t: float, y: np.ndarray, ship: Ship, tension: float) -> np.ndarray:
-        line, _, g = ship(t)
+        line, _, g = ship.channels(t)
         mu = self.machine.carried_mass / self.machine.inertia
         bend = -self.braking(self.wheel(t, y, ship)[1]) - mu * self.arm(y[0])[0] * tension
         return np.array([y[1] - line[1], bend, y[3], tension - self.pull(y[2], g)])
 
     def shared(self, t: float, y: np.ndarray, ship: Ship) -> np.ndarray:
         """(threads.4): ψ̇⁺ = (J ψ̇⁻ + m ρ (v + ρ γ̇))/(J + m ρ²), v⁺ = ρ (ψ̇⁺ − γ̇)."""
-        line, _, _ = ship(t)
+        line, _, _ = ship.channels(t)
         inertia, mass = self.machine.inertia, self.machine.carried_mass
         rho, _, lift = self.arm(y[0])
         psi = inertia * y[1] + mass * rho * (y[3] + rho * line[1])
@@ -236,8 +217,8 @@ class Ideal(Reference):
         return np.array([y[0], psi, lift, rho * (psi - line[1])])
 
     def kinetic(self, t: float, y: np.ndarray, ship: Ship) -> float:
-        """Energy of wheel and weight beside the line, with ϑ̇ as the loss of (threads.4) has it."""
-        speed = y[1] - ship(t)[0][1]
+        """Energy of wheel and weight relative to the line, with ϑ̇ as in (threads.4)."""
+        speed = y[1] - ship.channels(t)[0][1]
         return float(
             0.5 * self.machine.inertia * speed**2 + 0.5 * self.machine.carried_mass * y[3] ** 2
         )
@@ -251,7 +232,7 @@ class Ideal(Reference):
 
 
 class Swinging(Reference):
-    """A thread that swings: ψ, ψ̇, and place and velocity of the weight beside the axle."""
+    """A thread that swings: ψ, ψ̇, and position and velocity of the weight from the axle."""
 
     def lean(self, y: np.ndarray) -> float:
         r, delta = self.machine.base_radius, math.atan2(y[2], -y[3])
@@ -262,11 +243,11 @@ class Swinging(Reference):
         return delta
 
     def wheel(self, t: float, y: np.ndarray, ship: Ship) -> tuple[float, float]:
-        line, tilt, _ = ship(t)
+        line, tilt, _ = ship.channels(t)
         return y[0] - (line[0] - tilt[0]), y[1] - (line[1] - tilt[1])
 
     def start(self, ship: Ship) -> np.ndarray:
-        line, tilt, _ = ship(0.0)
+        line, tilt, _ = ship.channels(0.0)
         machine, delta, delta_rate = self.machine, line[0], line[1]
         psi, psi_rate = machine.release_angle + line[0] - tilt[0], line[1] - tilt[1]
         r, u = machine.base_radius, psi - delta
@@ -343,11 +324,11 @@ class Lever(Reference):
         return self.shape.geometry(theta)
 
     def wheel(self, t: float, y: np.ndarray, ship: Ship) -> tuple[float, float]:
-        line, tilt, _ = ship(t)
+        line, tilt, _ = ship.channels(t)
         return y[0], y[1] - (line[1] - tilt[1])
 
     def start(self, ship: Ship) -> np.ndarray:
-        line, tilt, _ = ship(0.0)
+        line, tilt, _ = ship.channels(0.0)
         turn = line[1] - tilt[1]
         beta, _, _ = self.held(self.machine.release_angle)
         return np.array([self.machine.release_angle, turn, beta, turn])
@@ -359,7 +340,7 @@ class Lever(Reference):
 
     def tension(self, t: float, y: np.ndarray, ship: Ship) -> float:
         """Torque of the thread on the lever over J, from β̈ = b θ̈ + b′ θ̇²."""
-        line, tilt, _ = ship(t)
+        line, tilt, _ = ship.channels(t)
         _, b, slope = self.held(y[0])
         turn, rate = line[2] - tilt[2], self.wheel(t, y, ship)[1]
         wanted = b * (-self.braking(rate) - turn) + slope * rate * rate
@@ -370,20 +351,20 @@ class Lever(Reference):
         return y[2] - self.held(y[0])[0]
 
     def moved(self, t: float, y: np.ndarray, ship: Ship, tension: float) -> np.ndarray:
-        line, tilt, _ = ship(t)
+        line, tilt, _ = ship.channels(t)
         turn, rate = line[1] - tilt[1], self.wheel(t, y, ship)[1]
         bend = -self.braking(rate) - self.j * self.held(y[0])[1] * tension
         falls = self.falling(t, y, ship) + tension
         return np.array([rate, bend, y[3] - turn, falls])
 
     def shared(self, t: float, y: np.ndarray, ship: Ship) -> np.ndarray:
-        line, tilt, _ = ship(t)
+        line, tilt, _ = ship.channels(t)
         turn, (beta, b, _) = line[1] - tilt[1], self.held(y[0])
         rate = (y[1] - turn + self.j * b * (y[3] - turn)) / (1.0 + self.j * b * b)
         return np.array([y[0], rate + turn, beta, b * rate + turn])
 
     def kinetic(self, t: float, y: np.ndarray, ship: Ship) -> float:
-        line, tilt, _ = ship(t)
+        line, tilt, _ = ship.channels(t)
         turn = line[1] - tilt[1]
         speeds = (y[1] - turn) ** 2 + self.j * (y[3] - turn) ** 2
         return float(0.5 * self.machine.inertia * speeds)

@@ -42,10 +42,7 @@ def clock_of(
 
 
 def with_friction(clock: AxleClock, y: Any, force: str, slip: int = 0) -> tuple[float, ...]:
-    """Return s̈, φ̈, N/M and F/M by solving the equations of the forces as a linear system.
-
-    The unknowns are those four; G moves as C with the body does, N and F act at the contact.
-    """
+    """Return s̈, φ̈, N/M and F/M by solving the equations of the forces as a linear system."""
     body, b, mu = clock.body, clock.radius, clock.friction
     s, phi, s1, phi1 = y
     theta = body.curvature * s
@@ -82,8 +79,8 @@ CASES: dict[str, AxleClock] = {
 
 
 @pytest.mark.parametrize('name', CASES)
-def test_the_motion_is_that_of_dop853(name: str) -> None:
-    """To 1e-11, with forces from a linear system of the equations themselves."""
+def test_the_motion_agrees_with_dop853(name: str) -> None:
+    """To 1e-11, with forces from a linear system of the equations."""
     clock = CASES[name]
     force = 'rolls' if clock.contact == 'rolling' else 'smooth'
     time_s = 0.4 if name == 'on a convex support' else 1.5
@@ -102,7 +99,7 @@ def test_the_motion_is_that_of_dop853(name: str) -> None:
 @pytest.mark.parametrize('curvature', [4.0, 0.0, -2.0])
 @pytest.mark.parametrize('touch', [AxleContact(0.1, rolls=True), AxleContact(0.1, friction=-0.3)])
 def test_on_a_support_that_moves_they_obey_newton(curvature: float, touch: AxleContact) -> None:
-    """Places by the geometry, in 50 digits; accelerations by second differences."""
+    """Places by the geometry in 50 digits, accelerations by second differences."""
     body = AxlePendulum(curvature, 0.3, 0.2, G)
     s, phi, s1, phi1 = 0.05, 0.4, 0.3, -0.8
     rho, rho1, rho2 = 0.1, 0.5, -0.7
@@ -192,8 +189,8 @@ def sliding(clock: AxleClock, time_s: float) -> np.ndarray:
     ],
     ids=['plane', 'hollow', 'cradle'],
 )
-def test_an_axle_that_rolls_and_slides_in_turn_is_that_of_dop853(clock: AxleClock) -> None:
-    """Located changes are good to some 1e-12 s there."""
+def test_an_axle_that_rolls_and_slides_agrees_with_dop853(clock: AxleClock) -> None:
+    """DOP853 locates a change to some 1e-12 s."""
     found = axle_table(clock, 1.2, 1.2)
     expected = sliding(clock, 1.2)
     np.testing.assert_allclose(found.phi_rad[-1], expected[1], atol=1e-10)
@@ -212,7 +209,7 @@ def test_with_enough_friction_it_rolls_and_with_little_it_slides() -> None:
 
 
 def test_small_motions_are_those_of_the_modes() -> None:
-    """§30–32: pushed from rest; the difference is of the third order in the swing."""
+    """§30–32: pushed from rest. The difference is of third order in the amplitude."""
     for size, most in ((1e-2, 3e-5), (1e-3, 3e-8)):
         clock = clock_of(12.5, 0.3, 0.15, (0.0, 0.0, 0.04 * size, 2.0 * size))
         found = axle_table(clock, 2.0, 0.05)
@@ -221,7 +218,7 @@ def test_small_motions_are_those_of_the_modes() -> None:
 
 
 def test_an_unstable_body_lifts_off_and_says_when() -> None:
-    """N reaches 0 at the instant that DOP853 finds, within the node after it."""
+    """N reaches 0 at DOP853's instant, within the next node."""
     clock = clock_of(-5.0, 0.3, 0.15, (0.0, 0.01, 0.0, 0.0))
     found = axle_table(clock, 3.0, 0.1)
 
@@ -293,7 +290,7 @@ def test_on_land_dial_and_beats_count_the_swings() -> None:
     said = sailed(scene)
     time = 0.1 * np.arange(len(said['tilt']))
     turns = said['phase'][:, 0] / (2.0 * math.pi)
-    # within a swing the phase of a wide swing departs a little from that of a harmonic one
+    # the phase of a wide swing differs a little from a harmonic one's
     np.testing.assert_allclose(turns, time / period, atol=0.01)
     beats = np.floor(2.0 * time / period + 0.5)
     np.testing.assert_array_equal(said['phase'][:, 3], beats)
@@ -340,7 +337,7 @@ def test_chunks_and_a_restart_do_not_change_a_bit() -> None:
 
 
 def test_energy_is_kept_for_minutes() -> None:
-    """Without friction; the drift is that of rounding."""
+    """Without friction, to rounding."""
     clock = clock_of(12.5, 0.3, 0.15, (0.004, 0.4, 0.0, 0.0))
     engine = AxleSwings(clock)
     spans = on_land(60, 1.0)

@@ -1,4 +1,4 @@
-"""The propagators in closed form: action–angle and forced harmonic."""
+"""Action–angle and forced harmonic against golden periods, energy and the exact roll."""
 
 import json
 import math
@@ -34,15 +34,17 @@ LEVER = {
     'thread': {'kind': 'lever', 'arm': 0.1, 'weight_arm': 0.15, 'length': 0.3},
 }
 HANGING = {'kind': 'hanging', 'length': 0.3}
+WEIGHT = {'kind': 'weight', 'mass': 0.2}
+MASSLESS = {**WEIGHT, 'massless': True}
 INVOLUTE = {'cam': {'kind': 'involute', 'base_radius': 0.01}, 'thread': {'kind': 'vertical'}}
 
 
 @pytest.mark.parametrize('entry', WEIGHTS, ids=lambda e: e['id'])
 def test_golden_periods_after_a_million_swings(entry):
-    """Released at A, the wheel is back after N periods of golden.json, N = 10⁶.
+    """Released at A, the wheel is back after N = 10⁶ periods of golden.json.
 
-    Near the top θ is A − ½ θ̈ t²: the error of N T enters squared, so the rate tells: θ̇ ≈ −θ̈ N δT.
-    A relative error of 1e-14 in T is 6e-8 rad of phase; the time's own nanosecond adds ω·0.5 ns.
+    Near the top the rate shows the error, θ̇ ≈ −θ̈ N δT. A relative error of 1e-14 in T is 6e-8 rad
+    of phase, and rounding the time to a nanosecond adds ω·0.5 ns.
     """
     p = {k: float(v['value']) for k, v in entry['params'].items()}
     disc = 1.0
@@ -71,7 +73,7 @@ def test_golden_periods_after_a_million_swings(entry):
 
 
 @pytest.mark.parametrize('amplitude', [1e-9, 0.3, 3.0, math.pi * (1 - 1e-9)])
-def test_action_angle_keeps_the_energy_to_the_edge_of_a_kinked_cam(amplitude):
+def test_action_angle_keeps_the_energy_up_to_the_edge(amplitude):
     scene = scene_of(
         trochlea={
             'cam': {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': 0.01},
@@ -100,31 +102,11 @@ def test_action_angle_keeps_the_energy_to_the_edge_of_a_kinked_cam(amplitude):
         ({'drag': {'viscous': 0.05}}, True, 'collocation'),
         ({'drag': {'coulomb': 1e-6}}, False, 'collocation'),
         ({'escapement': {'energy': 1e-6}}, True, 'collocation'),
-        (
-            {'trochlea': {**INVOLUTE, 'power': {'kind': 'weight', 'mass': 0.2}}},
-            True,
-            'action_angle',
-        ),
-        (
-            {'trochlea': {**INVOLUTE, 'power': {'kind': 'weight', 'mass': 0.2}}},
-            False,
-            'collocation',
-        ),
-        (
-            {'trochlea': {**INVOLUTE, 'power': {'kind': 'weight', 'mass': 0.2, 'massless': True}}},
-            True,
-            'harmonic',
-        ),
-        (
-            {'trochlea': {**INVOLUTE, 'power': {'kind': 'weight', 'mass': 0.2, 'massless': True}}},
-            False,
-            'collocation',
-        ),
-        (
-            {'trochlea': {'power': {'kind': 'spring', 'force': 2.0, 'stiffness': 5.0}}},
-            True,
-            'action_angle',
-        ),
+        ({'trochlea': {**INVOLUTE, 'power': WEIGHT}}, True, 'action_angle'),
+        ({'trochlea': {**INVOLUTE, 'power': WEIGHT}}, False, 'collocation'),
+        ({'trochlea': {**INVOLUTE, 'power': MASSLESS}}, True, 'harmonic'),
+        ({'trochlea': {**INVOLUTE, 'power': MASSLESS}}, False, 'collocation'),
+        ({'trochlea': {'power': {**OWN_OF_SPRING['power'], 'force': 3.0}}}, True, 'action_angle'),
         ({'trochlea': OWN_OF_WEIGHT}, True, 'harmonic'),
         ({'trochlea': OWN_OF_WEIGHT}, False, 'collocation'),
         ({'trochlea': OWN_OF_WEIGHT, 'drag': {'viscous': 1e-6}}, True, 'collocation'),
@@ -162,7 +144,7 @@ def exact_wheel(t, viscous):
 
 @pytest.mark.parametrize(('viscous', 'days'), [(0.0, 1), (1e-9, 0.25)])
 def test_a_day_of_the_second_cam_at_sea_against_the_exact_roll(viscous, days):
-    """Sampling at 20 Hz included: 1e-9 s/day would be 7e-9 rad after a day."""
+    """With the error of sampling at 20 Hz. 1e-9 s/day would be 7e-9 rad after a day."""
     scene = scene_of(
         ship={
             'kind': 'components',
@@ -190,8 +172,7 @@ def test_a_day_of_the_second_cam_at_sea_against_the_exact_roll(viscous, days):
 
 
 def test_coarse_samples_are_enough_where_nothing_is_fitted():
-    """Under four samples in the shortest wave: what is left is the first piece's, with its window
-    on one side."""
+    """Under four samples in the shortest wave. The error left is the one-sided first piece's."""
     components = [{'amplitude': a, 'period': p, 'phase': e} for a, p, e in ROLL]
     ship = {'kind': 'components', 'components': components, 'height': 0.0, 'rate': 1.25}
     found = run(scene_of(ship=ship, duration=800.0, log={'interval': 3.2}))
@@ -202,7 +183,7 @@ def test_coarse_samples_are_enough_where_nothing_is_fitted():
 
 
 def test_forced_harmonic_stops_at_the_edge_of_the_cam():
-    """Roll at resonance: θ grows until the cam ends; the general engine says when."""
+    """Roll at resonance: θ grows until the cam ends, when the general engine finds it."""
     ship = {
         'kind': 'components',
         'components': [{'amplitude': 0.2, 'period': 2 * math.pi / OMEGA, 'phase': 0.4}],

@@ -1,4 +1,4 @@
-"""Forced harmonic: spans that are given by samples, mixed spans, the phase after a century."""
+"""Forced harmonic: spans by samples, mixed spans, the phase after a century."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def swing(t, angle, rate, delta):
 
 
 def sampled_spans(stride, step_s, cuts):
-    """Spans of one piece, its samples from `line`; time zero where the first begins."""
+    """Spans of one piece with samples of `line`. Time zero is the beginning of the first."""
     length = stride * step_s
     nodes = np.arange(-1, stride + 2) / stride
     t = (nodes - cuts[0]) * length
@@ -61,7 +61,7 @@ def sampled_spans(stride, step_s, cuts):
 
 
 def released_into(spans, angle, viscous):
-    """A wheel at rest in the case at the first span's beginning, without the row it asks for."""
+    """Release a wheel at rest in the case at the first span's beginning, and advance it."""
     drag = {'viscous': viscous} if viscous else None
     machine = compile_machine(scene_of(trochlea={'release_angle': angle}, drag=drag))
     engine = ForcedHarmonic(machine)
@@ -82,7 +82,7 @@ def released_into(spans, angle, viscous):
 @pytest.mark.parametrize('angle', [1.0, 0.02], ids=['calm', 'in parts'])
 @pytest.mark.parametrize(('stride', 'step_s'), [(1, 0.05), (3, 0.2), (8, 0.5)])
 def test_a_step_from_samples_is_the_exact_solution(stride, step_s, angle, viscous):
-    """What interpolation leaves out is below 1e-16 (its remainder); the rest is rounding."""
+    """The remainder of the interpolation is below 1e-16, the rest is rounding."""
     for cuts in ((0.0, 1.0), (0.0, 0.25, 1.0), (0.3125, 0.875)):
         spans = sampled_spans(stride, step_s, cuts)
         motion = released_into(spans, angle, viscous)
@@ -103,8 +103,7 @@ def uneven(imu):
 @pytest.mark.parametrize('change', [lambda imu: imu, uneven], ids=['even', 'uneven'])
 @pytest.mark.parametrize('release', [1.0, 0.03])
 def test_samples_and_fitted_polynomials_make_the_same_motion(change, release):
-    """The two ways share neither the fit nor the rows; angular accelerations tell the polynomials
-    at logged instants, so the phase's rate agrees too."""
+    """The two ways share neither the fit nor the rows."""
     ship = {
         'kind': 'components',
         'components': [
@@ -132,8 +131,7 @@ def test_samples_and_fitted_polynomials_make_the_same_motion(change, release):
 
 
 def test_the_frame_is_exact_after_a_century():
-    """3e9 s, 2e10 rad: a float of the phase would be off by 2e-6 rad; here only by the rounding
-    of the cosine and of Y."""
+    """After 3e9 s, 2e10 rad, only the cosine and Y are rounded: a float phase errs by 2e-6 rad."""
     times = np.array([1, 10**9 + 7, 86_400 * 10**11 + 3, 36_525 * 86_400 * 10**9 + 11])
     engine = ForcedHarmonic(compile_machine(scene_of()))
     still = spans_to(times)
@@ -170,7 +168,7 @@ def released_in(
 def passed(rolls: list[dict[str, float]], angle: float, duration: float) -> tuple[int, int]:
     """Return upward and all passages of zero in closed form, from extremum to extremum.
 
-    θ̈ + ω²θ = −α̈ of the roll α. Between two extrema θ passes zero once or not at all; one within
+    θ̈ + ω²θ = −α̈ of the roll α. Between two extrema θ passes zero at most once. An extremum within
     1e-12 rad of zero is a touch.
     """
     omega = math.sqrt(SECOND * LEVER_RATE / INERTIA)
@@ -233,7 +231,7 @@ def test_a_wheel_that_touches_zero_does_not_pass_it(period, interval, logged, mi
 
 @pytest.mark.parametrize('seed', range(20))
 def test_small_releases_pass_zero_as_the_closed_form_says(seed):
-    """Half of them at 0, where each return to the middle all but touches it; mirror images too."""
+    """Half of them at 0, with a near touch at each return to the middle, and mirror images."""
     draw = random.Random(seed)
     rolls = [
         {
@@ -253,7 +251,7 @@ def test_small_releases_pass_zero_as_the_closed_form_says(seed):
 @pytest.mark.parametrize(
     ('step_s', 'angle'), [(0.1, -0.37), (0.1, -0.33), (0.1, 0.3), (0.05, 0.13), (0.05, 0.39)]
 )
-def test_a_roll_that_is_faster_than_its_samples_show_is_counted(step_s, angle, monkeypatch):
+def test_passages_between_samples_of_a_fast_roll_are_counted(step_s, angle, monkeypatch):
     """Two samples a wave, all at its crests: between them the wheel passes zero to and fro."""
     monkeypatch.setattr(sys.modules[__name__], 'WAVE', 0.999 * math.pi / step_s)
     monkeypatch.setattr(sys.modules[__name__], 'EPS', 0.0)

@@ -39,8 +39,8 @@ def ideal(period_s, release_angle):
 def test_phase_angle_and_rate_after_a_hundred_days(period_s):
     """φ = ωt of the machine's own numbers in 50 digits.
 
-    The fraction of a half turn is one sum of products, good to two units of 2⁻⁵³ (cos and sin add
-    one rounding, π times the fraction's error, and a rounding of ω).
+    The fraction of a half turn is one sum of products, good to two units of 2⁻⁵³. cos and sin add
+    one rounding, π times the fraction's error, and a rounding of ω.
     """
     machine, times = ideal(period_s, 0.7), instants()
     motion = Harmonic(machine).motion_at(times)
@@ -61,7 +61,7 @@ def test_phase_angle_and_rate_after_a_hundred_days(period_s):
 
 @pytest.mark.parametrize('rate', [2e-9, 1 / 3e9, 1e-17 / 7, 8.8e-7, 0.499])
 def test_whole_half_turns_are_exact(rate):
-    """Of a rate given as two floats, in fractions; 0.499 a nanosecond is as fast as may be."""
+    """For a rate given as two floats, in fractions. 0.499 per nanosecond is the fastest."""
     low = rate * 2.0**-55 / 3.0
     times = instants()
     whole, fraction = half_turns(times, (rate, low))
@@ -71,7 +71,7 @@ def test_whole_half_turns_are_exact(rate):
         assert 0.0 <= f < 1.0
 
 
-def test_an_instant_is_the_same_in_any_company():
+def test_an_instant_has_the_same_bits_alone_or_with_others():
     """Bit for bit, though times beyond 104 days take another pass."""
     times = np.array([5, 2**53 - 1, 2**53, 2**53 + 1, 3 * 2**53 + 12_345, 2**62 + 7])
     rate = 1 / 3e9, 1e-27

@@ -1,7 +1,7 @@
-"""Machines whose numbers change with temperature, against a full integration of them.
+"""Machines with parameters that change with temperature, against a full integration.
 
-The reference takes the printed equation (heat.2): the cam grows, I changes and İψ̇
-acts, the spring and the oil change continuously. The engine has them as numbers over I.
+The reference takes the printed equation (heat.2): the cam grows, I changes and İψ̇ acts, the
+spring and the oil change continuously.
 """
 
 from __future__ import annotations
@@ -116,12 +116,12 @@ def warmed(forcing: Forcing, interval_s: float, celsius: np.ndarray) -> Forcing:
 
 
 def phase_s(moved: Machine, motion: Any) -> np.ndarray:
-    """What a dial shows [s]."""
+    """Return the reading of a dial [s]."""
     return 0.5 * moved.small_period * (motion.half_turns + motion.fraction)
 
 
 def compared(moved: Machine, forcing: Forcing) -> tuple[float, float]:
-    """Largest error of the reading, and of what heat does to it at the end [s]."""
+    """Largest error of the reading, and the effect of heat on it at the end [s]."""
     readings = []
     cold = replace(moved, heat=NO_HEAT)
     for engine in (make_propagator(moved, still=forcing.neutral is None), HotReference(moved)):
@@ -139,13 +139,11 @@ def compared(moved: Machine, forcing: Forcing) -> tuple[float, float]:
     ('name', 'swings'),
     [*((name, 12.37) for name in MACHINES), ('cam of steel', 12.0), ('oil', 12.0)],
 )
-def test_a_clock_on_land_that_warms_and_cools_reads_as_in_a_full_integration(
-    name: str, swings: float
-) -> None:
-    """Also where logged instants keep step with the swing.
+def test_a_clock_that_warms_on_land_reads_as_integrated(name: str, swings: float) -> None:
+    """Also if logged instants keep step with the swing.
 
-    By rounding, but for the cubic in a log interval that stands for the oil's exponential: at 18 K
-    in one interval 2e-4 of the effect at most, and by the fourth power less where it is less.
+    To rounding without oil. A cubic per log interval replaces the oil's exponential: it errs by at
+    most 2e-4 of the effect of 18 K in one interval, and falls with the fourth power.
     """
     moved = machine(name)
     interval_s = round(swings * moved.small_period, 9)
@@ -161,7 +159,7 @@ def test_a_clock_on_land_that_warms_and_cools_reads_as_in_a_full_integration(
 
 
 @pytest.mark.parametrize('name', ['brass, a weight', 'cam of steel', 'oil', 'all of steel'])
-def test_a_clock_at_sea_that_warms_reads_as_in_a_full_integration(name: str) -> None:
+def test_a_clock_that_warms_at_sea_reads_as_integrated(name: str) -> None:
     moved = machine(name)
     forcing = warmed(at_sea(moved, 40.0, 10.0), 10.0, np.array([20.0, 35.0, 30.0, 10.0, 12.0]))
     error_s, effect_s = compared(moved, forcing)
@@ -177,10 +175,10 @@ def test_a_clock_at_sea_that_warms_reads_as_in_a_full_integration(name: str) -> 
     ],
     ids=['involute', 'weight_corrected', 'circular_arc'],
 )
-def test_steps_from_impulse_to_impulse_feel_heat_as_a_full_integration_does(
+def test_event_to_event_steps_with_heat_read_as_integrated(
     cam: dict[str, Any], log_s: float, celsius: list[float]
 ) -> None:
-    """Log intervals end amid half swings, and the oil's cubic errs as above."""
+    """Log intervals end within half swings, and the oil's cubic errs as above."""
     moved = machine('oil', cam=cam)
     run_s = log_s * (len(celsius) - 1)
     forcing = warmed(at_sea(moved, run_s, log_s), log_s, np.array(celsius))
@@ -200,7 +198,7 @@ def test_steps_from_impulse_to_impulse_feel_heat_as_a_full_integration_does(
 
 
 def test_chunks_of_free_end_steps_have_the_same_bits_with_heat() -> None:
-    """Also a chunk that ends within a log interval, and a state that is saved there."""
+    """Also if a chunk ends, and a state is saved, within a log interval."""
     moved = machine('oil')
     forcing = warmed(at_sea(moved, 20.0, 10.0), 10.0, np.array([20.0, 35.0, 30.0]))
     assert np.count_nonzero(forcing.logged) == 2
@@ -210,7 +208,7 @@ def test_chunks_of_free_end_steps_have_the_same_bits_with_heat() -> None:
     count = len(forcing.begin)
     for cut in (1, count // 2 - 1, count // 2, count - 3):
         engine = FreeEndCollocation(moved, None, 3)
-        first = _part(_cut(forcing, cut), 0)
+        first = _part(first_spans(forcing, cut), 0)
         engine.release(first)
         angles = list(engine.advance(first).angle)
         resumed = FreeEndCollocation(moved, None, 3)
@@ -219,8 +217,8 @@ def test_chunks_of_free_end_steps_have_the_same_bits_with_heat() -> None:
         np.testing.assert_array_equal(angles, wanted.angle)
 
 
-def _cut(forcing: Forcing, count: int) -> Forcing:
-    """Return the first spans, with the log intervals that they lie in."""
+def first_spans(forcing: Forcing, count: int) -> Forcing:
+    """Return the first spans, with their log intervals."""
     felt = forcing.temperatures
     assert felt is not None
     known = int(felt.interval[count - 1]) + 1
@@ -264,7 +262,7 @@ def test_an_anharmonic_swing_keeps_its_action_as_its_force_grows() -> None:
 
 
 def test_spans_within_an_interval_change_nothing() -> None:
-    """Halves of each interval, as where the ship is sampled, and the whole of it."""
+    """Halves of each interval, as for a sampled ship, and the whole of it."""
     moved = machine('cam of steel')
     celsius = np.array([20.0, 30.0, 15.0])
     ends = []

@@ -1,7 +1,7 @@
-"""Sully's lever and the swinging thread whose numbers change, against a full integration.
+"""Sully's lever and the swinging thread in changing temperatures, against a full integration.
 
-The references grow the parts themselves: every length of the lever with its thread, or the wheel
-and the radius of its involute, under the Lagrangians with inertia and lengths that depend on time.
+The references grow every length of the lever with its thread, or the wheel and its involute, in
+Lagrangians with time-dependent inertia and lengths.
 """
 
 from __future__ import annotations
@@ -15,14 +15,15 @@ from typing import Any
 import numpy as np
 import pytest
 from motion_cases import on_land, scene_of
-from test_motion_heat import warmed
-from test_motion_systems import at_sea, part
-from thread_references import HangingReference, Inputs, LeverReference, resistance, swing
+from test_motion_heat import first_spans, warmed
+from test_motion_systems import at_sea
+from thread_references import HangingReference, Inputs, LeverReference, swing
 
 from tauto_core.curves.lever_geometry import LeverGeometry
 from tauto_core.machines import HangingMachine, LeverMachine, compile_machine
 from tauto_core.machines.heat import NO_HEAT
 from tauto_core.motion import make_propagator, propagator_name
+from tauto_core.motion.slack import rest_of
 
 WHEEL = {
     'cam': {'kind': 'involute', 'base_radius': 0.02},
@@ -98,6 +99,21 @@ class Grown:
             changes['base_radius'] = self.grown_cam * cold.base_radius
         self.machine = replace(cold, **changes)
 
+    def growth(self) -> tuple[float, float]:
+        cold, heat = self.cold, self.cold.heat
+        inertia_rate = 2.0 * cold.inertia * self.grown * heat.wheel * self.per_s
+        return cold.base_radius * heat.cam * self.per_s, inertia_rate
+
+    def slopes(self, t: float, y: np.ndarray, outside: Any, signs: Any) -> list[float]:
+        self.grow(outside, t)
+        kept = self.kept
+
+        def compensated(at_s: float) -> tuple[float, ...]:
+            vertical, tilt, turn, gravity = outside(at_s)
+            return vertical, tilt, turn, kept * gravity
+
+        return super().slopes(t, y, compensated, signs)  # type: ignore[misc]
+
     def start(self, outside: Inputs) -> np.ndarray:
         self.grow(outside, 0.0)
         return super().start(outside)  # type: ignore[misc]
@@ -112,48 +128,11 @@ class Grown:
 
 
 class HotLever(Grown, LeverReference):  # type: ignore[misc]
-    """State: θ and M θ̇ + (I + J β′) α̇, whose rate does not ask how I and J change."""
-
-    def slopes(self, t: float, y: np.ndarray, outside: Any, signs: Any) -> list[float]:
-        self.grow(outside, t)
-        kept = self.kept
-
-        def compensated(at_s: float) -> tuple[float, ...]:
-            vertical, tilt, turn, gravity = outside(at_s)
-            return vertical, tilt, turn, kept * gravity
-
-        return super().slopes(t, y, compensated, signs)
+    """State: θ and M θ̇ + (I + J β′) α̇, with a rate independent of İ and J̇."""
 
 
 class HotHanging(Grown, HangingReference):  # type: ignore[misc]
-    """With r(t): the velocity is V = (r ψ̇ + l δ̇ + ṙ u) n + (r u ψ̇ − ṙ (1 − u²/2)) e."""
-
-    def slopes(self, t: float, y: np.ndarray, outside: Any, signs: Any) -> list[float]:
-        self.grow(outside, t)
-        machine, heat = self.machine, self.cold.heat
-        vertical, _, turn, gravity = outside(t)
-        psi, delta, psi_rate, delta_rate = y.tolist()
-        r, m, widen = machine.base_radius, machine.mass, self.cold.base_radius * heat.cam
-        widen *= self.per_s
-        u, u_rate = psi - delta, psi_rate - delta_rate
-        free = machine.length - 0.5 * r * u * u
-        free_rate = -r * u * u_rate - 0.5 * widen * u * u
-        along_n = r * psi_rate + free * delta_rate + widen * u
-        along_e = r * u * psi_rate - widen * (1.0 - 0.5 * u * u)
-        # V̇ without ψ̈ and δ̈; n turns towards e, and e away from n, with δ̇
-        rest_n = widen * psi_rate + free_rate * delta_rate + widen * u_rate - delta_rate * along_e
-        rest_e = (widen * u + r * u_rate) * psi_rate + widen * u * u_rate + delta_rate * along_n
-        pull_n = -gravity * math.sin(delta - vertical) - rest_n
-        pull_e = -gravity * math.cos(delta - vertical) - rest_e
-        normal, along = np.array([r, free]), np.array([r * u, 0.0])
-        mass = m * (np.outer(normal, normal) + np.outer(along, along))
-        mass[0, 0] += machine.inertia
-        force = m * (normal * pull_n + along * pull_e)
-        force[0] -= resistance(machine, psi_rate - turn, signs)
-        force[0] -= 2.0 * self.cold.inertia * self.grown * heat.wheel * self.per_s * psi_rate
-        force[1] -= machine.damping * (delta_rate - turn)
-        bends = np.linalg.solve(mass, force)
-        return [psi_rate, delta_rate, float(bends[0]), float(bends[1])]
+    """With r(t) and I(t)."""
 
 
 def compared(moved: Any, forcing: Any) -> tuple[float, float]:
@@ -180,10 +159,10 @@ CHANGES = np.array([0.0, 13.0, 6.0, -12.0, -12.0, 3.0])
         *((name, on_land) for name in MACHINES if 'recoil' in name),
     ],
 )
-def test_a_thread_that_warms_and_cools_moves_as_in_a_full_integration(
+def test_a_thread_that_warms_and_cools_moves_as_integrated(
     name: str, forced: Callable[..., Any]
 ) -> None:
-    """By rounding, and with oil by the cubic that stands for its exponential (heat.md)."""
+    """To rounding, and with oil to the cubic that replaces its exponential (heat.md)."""
     moved, interval_s = machine(name), 2.0
     forcing = on_land(5, interval_s) if forced is on_land else at_sea(moved, 10.0, interval_s)
     changes = CHANGES if moved.drag is None else 0.5 * CHANGES
@@ -193,7 +172,7 @@ def test_a_thread_that_warms_and_cools_moves_as_in_a_full_integration(
 
 
 @pytest.mark.parametrize('name', ['lever of brass, oil, recoil', 'thread, brass, oil, recoil'])
-def test_a_hot_run_in_chunks_each_restored_anew_has_the_same_bits(name: str) -> None:
+def test_chunks_with_heat_have_the_same_bits_after_restarts(name: str) -> None:
     moved = machine(name)
     forcing = warmed(at_sea(moved, 20.0, 4.0), 4.0, 20.0 + CHANGES)
     whole = make_propagator(moved, still=False)
@@ -201,16 +180,9 @@ def test_a_hot_run_in_chunks_each_restored_anew_has_the_same_bits(name: str) -> 
     angle = whole.advance(forcing).angle
     first, found = make_propagator(moved, still=False), []
     first.release(forcing)
-    state, felt = first.state(), forcing.temperatures
-    assert felt is not None
+    state = first.state()
     for begin, end in pairwise([0, 7, 100, len(forcing.end)]):
-        cut = part(replace(forcing, temperatures=None), begin, end)
-        cut = replace(
-            cut,
-            temperatures=replace(
-                felt, interval=felt.interval[begin:end], place=felt.place[begin:end]
-            ),
-        )
+        cut = first_spans(rest_of(forcing, begin, float(forcing.begin[begin])), end - begin)
         later = make_propagator(moved, still=False)
         later.restore(state)
         found.append(later.advance(cut).angle)
@@ -219,8 +191,8 @@ def test_a_hot_run_in_chunks_each_restored_anew_has_the_same_bits(name: str) -> 
 
 
 @pytest.mark.parametrize('name', ['lever, compensated', 'lever of zinc', 'thread, zinc'])
-def test_at_one_temperature_it_is_the_machine_of_that_temperature(name: str) -> None:
-    """And the lever's period is that of one whose lengths were grown by hand."""
+def test_at_constant_temperature_it_moves_as_a_machine_made_so(name: str) -> None:
+    """The lever's period is the same with lengths grown by hand."""
     moved, spans = machine(name), on_land(40, 0.31)
     assert propagator_name(moved, still=True) == 'collocation'
     hot = moved.at_celsius(35.0)

@@ -1,8 +1,7 @@
 """A force, a spring or a table of forces on the lever, and levers at an inclination, by DOP853.
 
-L = ½I(θ̇ + α̇)² + ½J(β̇ + α̇)² − V in a case that turns by α. A pull F without mass from far off in
-the case has V = ∫ F dH, H = AD (sin β − sin β₀); a weight has V = m g AD sin(β + α). β(θ) is found
-by Newton's method from the lengths.
+L = ½I(θ̇ + α̇)² + ½J(β̇ + α̇)² − V in a case that turns by α. A distant massless pull F in the case
+has V = ∫ F dH, H = AD (sin β − sin β₀), and a weight V = m g AD sin(β + α).
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ import pytest
 from motion_cases import on_land, scene_of
 from scipy.integrate import solve_ivp
 from test_motion_heat import warmed
-from thread_references import SignedReference
+from thread_references import LeverReference
 
 from tauto_core import sail
 from tauto_core.ensembles.budget import _heavier, _larger_cheek
@@ -49,7 +48,7 @@ SEA = {
     'height': 0.0,
 }
 HEAVING = SEA | {'heave': [{'amplitude': 0.6, 'period': 10.2, 'phase': 0.7}], 'height': 2.5}
-"""The same roll; pulls without mass do not feel the rest."""
+"""The same roll. The rest does not act on massless pulls."""
 EXACT = {'solver': {'tolerance': 1e-13}}
 GRAVITY = 9.80665
 
@@ -65,38 +64,9 @@ TORQUES: dict[str, Torque] = {
 }
 
 
-class Inclined(SignedReference):  # type: ignore[misc]
-    """The lever at β₀ at rest."""
-
-    def __init__(self, machine: LeverMachine, thread: dict[str, Any]) -> None:
-        side = -1.0 if 'fulcrum' in thread else 1.0
-        super().__init__(machine, side, arc='arc' in thread, moment=0.0, turned=TURNED)
-        self.start_at = thread.get('inclination', 0.0)
-
-    def geometry(self, theta: float) -> tuple[float, float, float]:
-        """β above the level in the sense of θ, β′ and β″."""
-        if self.arc:
-            rise, first, second = super().geometry(theta)
-            return rise + self.side * self.start_at, first, second
-        shape, start = self.machine.geometry, self.start_at
-        r, arm, length = shape.base_radius, shape.arm, shape.length
-        angle, delta = self.side * theta, 0.0
-        for _ in range(60):
-            u = angle - delta
-            free = length - 0.5 * r * u * u
-            x = arm * math.cos(start) + r * u * math.cos(delta) + (r + free) * math.sin(delta)
-            y = arm * math.sin(start) + r + length
-            y += r * u * math.sin(delta) - (r + free) * math.cos(delta)
-            beta = math.atan2(y, x)
-            off = (x * x + y * y - arm * arm) / (2.0 * arm * free * math.cos(beta - delta))
-            delta -= off
-            if abs(off) < 1e-17 + 1e-16 * abs(delta):
-                break
-        cosine, sine = arm * math.cos(beta - delta), arm * math.sin(beta - delta)
-        first = r * u / cosine
-        lean = -(r + first * sine) / free
-        second = (r * (1.0 - lean) + sine * first * (first - lean)) / cosine
-        return self.side * beta, first, self.side * second
+def inclined(machine: LeverMachine, thread: dict[str, Any]) -> LeverReference:
+    side, start = -1.0 if 'fulcrum' in thread else 1.0, thread.get('inclination', 0.0)
+    return LeverReference(machine, side, arc='arc' in thread, inclination=start)
 
 
 def scene(thread: dict[str, Any], power: dict[str, Any], **more: Any) -> Any:
@@ -112,14 +82,14 @@ def scene(thread: dict[str, Any], power: dict[str, Any], **more: Any) -> Any:
 def reference(
     machine: LeverMachine, thread: dict[str, Any], kind: str, *, rolls: bool, drag: float = 0.0
 ) -> Callable[[float, np.ndarray], list[float]]:
-    geometry, omega = Inclined(machine, thread), math.tau / PERIOD
+    geometry, omega = inclined(machine, thread), math.tau / PERIOD
     turned = TURNED + (0.05 * 0.15**2 if kind == 'weight' else 0.0)
 
     def motion(time: float, y: np.ndarray) -> list[float]:
         alpha = ROLL * math.cos(omega * time + PHASE) if rolls else 0.0
         bend = -(omega**2) * alpha
         beta, first, second = geometry.geometry(float(y[0]))
-        drawn = 0.15 * (math.sin(geometry.side * beta) - math.sin(geometry.start_at))
+        drawn = 0.15 * (math.sin(geometry.side * beta) - math.sin(geometry.inclination))
         mass = machine.inertia + turned * first * first
         pushed = (machine.inertia + turned * first) * bend + turned * first * second * y[1] ** 2
         pushed += geometry.side * 0.15 * TORQUES[kind](beta, drawn, alpha) * first + drag * y[1]
@@ -143,8 +113,8 @@ CASES = [
 
 
 @pytest.mark.parametrize(('thread', 'power'), CASES)
-def test_its_period_is_that_of_dop853(thread: dict[str, Any], power: dict[str, Any]) -> None:
-    """After a period the wheel is at rest, to 1e-11 of the period; small swings are as ω says."""
+def test_its_period_agrees_with_dop853(thread: dict[str, Any], power: dict[str, Any]) -> None:
+    """After a period the wheel is at rest, to 1e-11 of the period. Small swings agree with ω."""
     machine = compile_machine(scene(thread, power))
     assert isinstance(machine, LeverMachine)
     motion = reference(machine, thread, power['kind'], rolls=False)
@@ -183,8 +153,8 @@ def test_it_sails_as_dop853_does(thread: dict[str, Any], power: dict[str, Any]) 
     np.testing.assert_allclose(found.velocity[-20:, 0], wanted.y[1], rtol=0, atol=10.0 * close)
 
 
-def test_on_an_arc_the_small_period_goes_with_the_root_of_the_cosine() -> None:
-    """The thread's arm stays ρ, and that of the weight is AD cos β₀."""
+def test_on_an_arc_the_small_period_goes_as_the_inverse_root() -> None:
+    """Of cos β₀: the thread's arm stays ρ, the weight's is AD cos β₀."""
     level, up = (compile_machine(scene(ARC | {'inclination': at}, CONSTANT)) for at in (0.0, 0.4))
     assert isinstance(level, LeverMachine)
     assert isinstance(up, LeverMachine)
@@ -200,16 +170,16 @@ def test_a_table_of_a_constant_force_is_that_force() -> None:
 
 
 def test_joints_of_a_measured_force_take_a_series() -> None:
-    """Boyle's air in a cylinder, through twelve points; its law as a closed form, by DOP853.
+    """Boyle's air in a cylinder, through twelve points, against DOP853 of the closed form.
 
-    Between its points the spline differs from the law: a millionth of a radian is allowed.
+    Between its points the spline differs from the law by up to a millionth of a radian.
     """
     points = [[h, 0.5 / (1.0 - h / 0.3)] for h in np.linspace(0.0, 0.15, 12).tolist()]
     power = {'kind': 'force_table', 'points': points}
     air = scene(ARC, power, duration=6.0, log={'interval': 6.0}, **EXACT)
     machine = compile_machine(air)
     assert isinstance(machine, LeverMachine)
-    geometry = Inclined(machine, ARC)
+    geometry = inclined(machine, ARC)
 
     def motion(time: float, y: np.ndarray) -> list[float]:
         beta, first, second = geometry.geometry(float(y[0]))
@@ -231,7 +201,7 @@ def test_the_range_ends_where_the_points_do() -> None:
 
 
 def test_it_is_drawn_as_it_rests() -> None:
-    """The end of the lever is AD from the fulcrum, at the inclination; the spring is there."""
+    """The spring is at the lever's end, AD from the fulcrum, at the inclination."""
     parts = {part.name: part for part in draw_machine(scene(TIED | UP, SPRING)).parts}
     lever = parts['lever']
     across, up = lever.x[-1] - lever.x[0], lever.y[-1] - lever.y[0]
@@ -239,12 +209,12 @@ def test_it_is_drawn_as_it_rests() -> None:
     assert math.hypot(across, up) == pytest.approx(150.0)
     assert float(np.median(parts['spring'].x)) == pytest.approx(lever.x[-1], abs=2.0)
     thread = parts['thread']
-    # B, two thirds along it, is where the thread ends
+    # the thread ends at B, two thirds along the lever
     assert thread.y[-1] == pytest.approx(lever.y[0] + 100.0 * math.sin(0.4))
 
 
 def test_heat_weakens_its_spring() -> None:
-    """The small period grows as 1/√(force); wheel, cam and lever grow alike, by what α says."""
+    """The small period grows as 1/√(force). Wheel, cam and lever grow alike."""
     steel = compile_machine(scene(ARC, CONSTANT | {'material': 'steel'}))
     assert isinstance(steel, LeverMachine)
     hot = steel.at_celsius(40.0)
@@ -319,7 +289,7 @@ def test_it_is_drawn_with_an_arrow_at_the_end_of_the_lever() -> None:
         ),
     ],
 )
-def test_what_does_not_go_with_it_is_refused(
+def test_incompatible_sections_are_refused(
     thread: dict[str, Any], power: dict[str, Any], more: dict[str, Any], key: str, words: str
 ) -> None:
     cam = {'kind': 'involute', 'base_radius': 0.02}

@@ -22,6 +22,8 @@ WHEEL = {
     'power': {'kind': 'weight', 'mass': 0.05},
 }
 LEVER = {**WHEEL, 'thread': {'kind': 'lever', 'arm': 0.1, 'weight_arm': 0.15, 'length': 0.3}}
+ARC = {'kind': 'lever', 'arc': 0.1, 'weight_arm': 0.15, 'length': 0.3, 'inertia': 2e-4}
+ARC = {**ARC, 'tail': {'mass': 0.03, 'distance': 0.08}}
 HANGING = {**WHEEL, 'thread': {'kind': 'hanging', 'length': 0.3}, 'release_angle': 1.2}
 LONGER = {
     'cam': {'kind': 'involute', 'base_radius': 0.005},
@@ -56,7 +58,7 @@ CASES = {
 
 @pytest.mark.parametrize('name', CASES)
 def test_at_sea_against_dop853_on_the_same_samples(name):
-    """Twelve seconds: twelve swings. DOP853 at 1e-13 leaves a few 1e-14 rad a swing and event."""
+    """Twelve swings. DOP853 at 1e-13 leaves a few 1e-14 rad per swing and event."""
     trochlea, more = CASES[name]
     scene = scene_of(trochlea=trochlea, ship=SEA, duration=12.0, log={'interval': 0.3}, **more)
     machine = compile_machine(scene)
@@ -72,7 +74,7 @@ def test_at_sea_against_dop853_on_the_same_samples(name):
 @pytest.mark.parametrize('trochlea', [LEVER, LONGER], ids=['lever', 'long thread'])
 @pytest.mark.parametrize('amplitude', [1.0, -0.1, 0.01, -1e-3])
 def test_beats_are_counted_whatever_the_swing(trochlea, amplitude):
-    """Signs of DOP853's angle every 20 ms; the smallest swing is far below what the sea makes."""
+    """Signs of DOP853's angle every 20 ms. The sea makes far larger swings than the smallest."""
     scene = scene_of(
         trochlea={**trochlea, 'release_angle': amplitude},
         ship={**SEA, 'rate': 50.0},
@@ -121,9 +123,10 @@ def test_the_swinging_thread_is_that_of_forty_digits():
         assert value == pytest.approx(float(entry['expected'][key]), rel=1e-13, abs=0.0), key
 
 
-def test_two_hundred_swings_of_the_lever_on_land_two_ways():
+@pytest.mark.parametrize('thread', [LEVER['thread'], ARC, {**ARC, 'fulcrum': 'port'}])
+def test_two_hundred_swings_of_the_lever_on_land_two_ways(thread):
     """Steps against action and angle, to their rounding."""
-    machine = compile_machine(scene_of(trochlea=LEVER))
+    machine = compile_machine(scene_of(trochlea={**LEVER, 'thread': thread}))
     spans = on_land(1000, 0.2)
     steps, well = RealThreads(machine), UnevenWell(machine)
     for found, exact in (
@@ -137,7 +140,7 @@ def test_two_hundred_swings_of_the_lever_on_land_two_ways():
         np.testing.assert_allclose(found.torque, exact.torque, rtol=0, atol=1e-13)
         np.testing.assert_array_equal(found.half_turns, exact.half_turns)
         np.testing.assert_array_equal(found.beats, exact.beats)
-    assert exact.half_turns[-1] > 380
+    assert exact.half_turns[-1] > 300
 
 
 @pytest.mark.parametrize('release', [1.0, -1.3])
@@ -153,7 +156,7 @@ def test_the_uneven_well_is_that_of_dop853(release):
 
 @pytest.mark.parametrize('trochlea', [HANGING, LONGER, {**HANGING, 'power': SPRUNG}])
 def test_energy_is_kept_on_land(trochlea):
-    """A thousand swings and more: 12 000 steps at the default tolerance lose less than 1e-12."""
+    """Over a thousand swings, 12 000 steps at the default tolerance lose less than 1e-12."""
     machine = compile_machine(scene_of(trochlea=trochlea))
     engine = RealThreads(machine)
     spans = on_land(5_000, 0.2, every=1_000)
@@ -175,7 +178,7 @@ def test_energy_is_kept_on_land(trochlea):
     assert energy() == pytest.approx(start, rel=1e-12)
 
 
-def test_a_slack_thread_and_the_ends_of_the_geometry_are_errors_with_their_time():
+def test_slack_threads_and_ends_of_the_geometry_are_errors():
     heave = {'kind': 'components', 'heave': [{'amplitude': 40.0, 'period': 10.0}], 'height': 3.0}
     # heave 40 cos(Ωt): z̈ = −15.8 m/s² at the start, then a quarter of a period until g is left
     upward = {**heave, 'heave': [{'amplitude': 40.0, 'period': 10.0, 'phase': math.pi / 2}]}
@@ -186,7 +189,7 @@ def test_a_slack_thread_and_the_ends_of_the_geometry_are_errors_with_their_time(
         scene = scene_of(trochlea=trochlea, ship=upward, duration=20.0)
         with pytest.raises(PropagationError, match='thread went slack') as caught:
             run(scene)
-        # −40 sin Ωt: upward acceleration first; weightless after half a period and a bit
+        # −40 sin Ωt: upward acceleration first, weightless soon after half a period
         weightless = (math.pi + math.asin(9.80665 / (40.0 * (math.pi / 5.0) ** 2))) / (math.pi / 5)
         assert caught.value.time_s == pytest.approx(weightless, abs=0.5)
     strong = {'escapement': {'kind': 'impulse', 'energy': 0.02}}
@@ -216,8 +219,8 @@ def test_a_wheel_too_light_for_its_lever_is_refused():
         RealThreads(compile_machine(scene_of(trochlea=heavy)))
 
 
-def test_damping_of_the_lean_only_takes_energy_and_at_the_rate_of_the_ratio():
-    """On land. The lean below a wheel of great inertia dies as e^(−ζω t), ω = √(g/l)."""
+def test_damping_of_the_lean_takes_energy_at_the_rate_of_its_ratio():
+    """On land. The lean under a wheel of great inertia decays as e^(−ζω t), ω = √(g/l)."""
     scene = scene_of(trochlea={**DAMPED, 'release_angle': 1.0})
     machine = compile_machine(scene)
     engine, spans = RealThreads(machine), on_land(1, 0.05)

@@ -1,6 +1,6 @@
-"""Cheeks rooted in the axle (Euler 1727, II): an arc of a circle whose root is in C itself.
+"""Cheeks rooted in the axle (Euler 1727, II): an arc of a circle with its root in C itself.
 
-t = sgn ϑ R (1 − cos ϑ) goes as ϑ², so that small swings have no period: T goes as 1/√A.
+t = sgn ϑ R (1 − cos ϑ) goes as ϑ². Small swings have no period: T goes as 1/√A.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ def machine_of(**more: Any) -> Machine:
 
 
 @pytest.mark.parametrize('amplitude', [2.5, 1.0, 0.1, 1e-3])
-def test_its_period_is_that_of_mpmath(amplitude: float) -> None:
-    """T = 4 ∫ dϑ/√(2 (V(A) − V)/I), V = P R (ϑ − sin ϑ), at thirty digits: to 1e-13."""
+def test_its_period_agrees_with_mpmath(amplitude: float) -> None:
+    """T = 4 ∫ dϑ/√(2 (V(A) − V)/I), V = P R (ϑ − sin ϑ), to 1e-13."""
     machine = machine_of()
     with mpmath.workdps(30):
 
@@ -88,7 +88,7 @@ def test_a_steady_swing_is_not_computed() -> None:
     assert 'rooted in the axle' in found.why
 
 
-def test_it_is_not_said_that_small_swings_have_a_period() -> None:
+def test_small_swings_have_no_period_in_facts_and_answers() -> None:
     scene = scene_of(trochlea=ROOTED, duration=10.0)
     machine = compile_machine(scene)
     facts = scene_facts(scene)

@@ -1,8 +1,7 @@
 """Sully's lever and the swinging thread by SciPy's DOP853, written from the Lagrangians.
 
-Nothing is shared with the engine but the polynomials of the ship's motion. The lever is found by
-Newton's method from |B − A| = AB and moves in θ and its momentum; the weight on the thread is a
-mass at a place.
+They share only the polynomials of the ship's motion with the engine. The lever moves in θ and its
+momentum, the weight on the thread is a point mass.
 """
 
 from __future__ import annotations
@@ -26,92 +25,137 @@ class Inputs:
     """The ship's motion in one span."""
 
     def __init__(self, forcing: Any, k: int, gravity: float) -> None:
-        self.forcing, self.k = forcing, k
-        self.length = float(forcing.length_s[k])
-        self.begin, self.end = float(forcing.begin[k]), float(forcing.end[k])
-        self.channels = None
-        self.gravity = gravity
-        if forcing.neutral is not None:
-            self.channels = [
-                np.polynomial.Polynomial(c[k])
-                for c in (forcing.neutral, forcing.tilt, forcing.gravity)
-            ]
-            self.slopes = [c.deriv() for c in self.channels]
+        self.forcing, self.k, self.gravity = forcing, k, gravity
+        self.begin, self.length = float(forcing.begin[k]), float(forcing.length_s[k])
+        self.seconds = (float(forcing.end[k]) - self.begin) * self.length
 
-    @property
-    def seconds(self) -> float:
-        return (self.end - self.begin) * self.length
+        def channel(rows: Any) -> list[Any]:
+            one = np.polynomial.Polynomial([0.0] if rows is None else rows[k])
+            return [one, one.deriv(), one.deriv(2)]
+
+        self.line, self.tilt = channel(forcing.neutral), channel(forcing.tilt)
+        self.slopes = (self.line[1],)
+        self.pull = None if forcing.gravity is None else channel(forcing.gravity)[0]
+
+    def channels(self, t: float) -> tuple[tuple[float, ...], tuple[float, ...], float]:
+        """γ or β, and τ, with two derivatives each, and g_eff."""
+        x, per_s = self.begin + t / self.length, 1.0 / self.length
+        line = tuple(float(c(x)) * per_s**n for n, c in enumerate(self.line))
+        tilt = tuple(float(c(x)) * per_s**n for n, c in enumerate(self.tilt))
+        return line, tilt, self.gravity if self.pull is None else float(self.pull(x))
 
     def __call__(self, t: float) -> tuple[float, float, float, float]:
         """β, τ, the rate of the case and g_eff."""
-        if self.channels is None:
-            return 0.0, 0.0, 0.0, self.gravity
-        x = self.begin + t / self.length
-        vertical, tilt, gravity = (float(c(x)) for c in self.channels)
-        turn = float(self.slopes[0](x) - self.slopes[1](x)) / self.length
-        return vertical, tilt, turn, gravity
+        line, tilt, gravity = self.channels(t)
+        return line[0], tilt[0], line[1] - tilt[1], gravity
 
 
 class LeverReference:
-    """State: θ and its momentum p = M θ̇ + (I + J β′) α̇."""
+    """State: θ and its momentum p = M θ̇ + (I + J β′) α̇. β counts in the sense of θ.
 
-    def __init__(self, machine: Any) -> None:
-        self.machine = machine
-        self.delta = 0.0
+    Args:
+        machine: the lever.
+        side: −1 with the fulcrum to port.
+        arc: whether the thread winds on an arc of the lever.
+        given: m AD − m′AE and J, if they differ from a lever with a weight only.
+        inclination: the lever's angle at rest.
+    """
+
+    def __init__(
+        self,
+        machine: Any,
+        side: float = 1.0,
+        *,
+        arc: bool = False,
+        given: tuple[float, float] | None = None,
+        inclination: float = 0.0,
+    ) -> None:
+        self.machine, self.side, self.arc, self.given = machine, side, arc, given
+        self.inclination, self.delta = inclination, 0.0
+
+    def masses(self) -> tuple[float, float]:
+        """Moment of weight and tail, and J."""
+        machine = self.machine
+        return self.given or (machine.mass * machine.weight_arm, machine.turned_inertia)
 
     def geometry(self, theta: float) -> tuple[float, float, float]:
         """β, β′ and β″ of θ."""
-        shape = self.machine.geometry
+        rise, first, second = (self._on_arc if self.arc else self._tied)(self.side * theta)
+        return self.side * rise, first, self.side * second
+
+    def _tied(self, angle: float) -> tuple[float, float, float]:
+        """By Newton's method from |B − A| = AB."""
+        shape, start = self.machine.geometry, self.inclination
         r, arm, length = shape.base_radius, shape.arm, shape.length
         delta = self.delta
-        for _ in range(40):
-            u = theta - delta
+        for _ in range(60):
+            u = angle - delta
             free = length - 0.5 * r * u * u
-            x = arm + r * u * math.cos(delta) + (r + free) * math.sin(delta)
-            y = r + length + r * u * math.sin(delta) - (r + free) * math.cos(delta)
+            x = arm * math.cos(start) + r * u * math.cos(delta) + (r + free) * math.sin(delta)
+            y = arm * math.sin(start) + r + length
+            y += r * u * math.sin(delta) - (r + free) * math.cos(delta)
             beta = math.atan2(y, x)
             change = (x * x + y * y - arm * arm) / (2.0 * arm * free * math.cos(beta - delta))
             delta -= change
             if abs(change) < 1e-17 + 1e-16 * abs(delta):
                 break
-        self.delta = delta
-        lean = beta - delta
+        self.delta, lean = delta, beta - delta
         first = r * u / (arm * math.cos(lean))
         delta_first = -(r + arm * first * math.sin(lean)) / free
         second = r * (1.0 - delta_first) / (arm * math.cos(lean))
         second += first * math.tan(lean) * (first - delta_first)
         return beta, first, second
 
-    def start(self, outside: Inputs) -> np.ndarray:
-        _, _, turn, _ = outside(0.0)
-        machine = self.machine
-        _, first, _ = self.geometry(machine.release_angle)
-        carried = machine.inertia + machine.turned_inertia * first
-        return np.array([machine.release_angle, carried * turn])
+    def _on_arc(self, angle: float) -> tuple[float, float, float]:
+        """β = β₀ + δ + (½ r u² + l − l₀)/ρ by the length of the thread, with dδ/dθ = −r/l."""
+        shape = self.machine.geometry
+        r, rho, depth = shape.base_radius, shape.arm, shape.base_radius + shape.length
+        delta = 0.0
+        for _ in range(40):
+            # the line at r u from the axle touches the circle about the fulcrum
+            wrong = r * (angle - delta) - rho * (1.0 - math.cos(delta)) + depth * math.sin(delta)
+            change = wrong / (depth * math.cos(delta) - rho * math.sin(delta) - r)
+            delta -= change
+            if abs(change) < 1e-17:
+                break
+        u, free = angle - delta, depth * math.cos(delta) - rho * math.sin(delta) - r
+        rise = self.inclination + delta + (0.5 * r * u * u + free - shape.length) / rho
+        lean = -r / free
+        wind = 1.0 - lean
+        slide = -(depth * math.sin(delta) + rho * math.cos(delta))
+        first = lean + (r * u * wind + slide * lean) / rho
+        bend = r / free**2 * slide * lean
+        turn = -(depth * math.cos(delta) - rho * math.sin(delta))
+        second = bend + (r * wind * wind - r * u * bend + turn * lean**2 + slide * bend) / rho
+        return rise, first, second
+
+    def start(self, outside: Any) -> np.ndarray:
+        turn, machine = outside(0.0)[2], self.machine
+        first = self.geometry(machine.release_angle)[1]
+        return np.array(
+            [machine.release_angle, (machine.inertia + self.masses()[1] * first) * turn]
+        )
 
     def rate(self, y: np.ndarray, turn: float) -> float:
-        machine = self.machine
-        _, first, _ = self.geometry(float(y[0]))
-        inertia, turned = machine.inertia, machine.turned_inertia
+        first, inertia = self.geometry(float(y[0]))[1], self.machine.inertia
+        turned = self.masses()[1]
         carried = (inertia + turned * first) * turn
         return (float(y[1]) - carried) / (inertia + turned * first * first)
 
-    def slopes(self, t: float, y: np.ndarray, outside: Inputs, signs: Any) -> list[float]:
-        machine = self.machine
+    def slopes(self, t: float, y: np.ndarray, outside: Any, signs: Any) -> list[float]:
         _, tilt, turn, gravity = outside(t)
         beta, first, second = self.geometry(float(y[0]))
-        rate = self.rate(y, turn)
-        pushed = machine.turned_inertia * second * rate * (first * rate + turn)
-        pushed -= machine.mass * machine.weight_arm * gravity * math.cos(beta - tilt) * first
-        return [rate, pushed - resistance(machine, rate, signs)]
+        rate, (moment, turned) = self.rate(y, turn), self.masses()
+        pushed = turned * second * rate * (first * rate + turn)
+        pushed -= self.side * moment * gravity * math.cos(beta - tilt) * first
+        return [rate, pushed - resistance(self.machine, rate, signs)]
 
-    def angle(self, y: np.ndarray, outside: Inputs, t: float) -> tuple[float, float]:
+    def angle(self, y: np.ndarray, outside: Any, t: float) -> tuple[float, float]:
         return float(y[0]), self.rate(y, outside(t)[2])
 
-    def struck(self, y: np.ndarray, outside: Inputs, t: float, direction: float) -> np.ndarray:
+    def struck(self, y: np.ndarray, outside: Any, t: float, direction: float) -> np.ndarray:
         rate = self.angle(y, outside, t)[1]
-        _, first, _ = self.geometry(float(y[0]))
-        mass = self.machine.inertia + self.machine.turned_inertia * first**2
+        mass = self.machine.inertia + self.masses()[1] * self.geometry(float(y[0]))[1] ** 2
         energy = 2.0 * self.machine.escapement.energy / mass
         return y + np.array([0.0, mass * (direction * math.sqrt(rate * rate + energy) - rate)])
 
@@ -127,7 +171,7 @@ class OwnCamReference(LeverReference):
         super().__init__(machine)
         self.torque, self.turned = machine.weight_torque, machine.turned_inertia
         self.stiff, self.s, end = machine.geometry.frequency**2, 0.0, 0.0
-        # short of the edges, where W sin β = W and J β_s² = 1
+        # short of the edges, W sin β = W and J β_s² = 1
         while self.stiff * end**2 < 1.6 * self.torque and self.wheel(end) ** 2 > 0.2:
             end += 1e-3 * math.sqrt(self.torque / self.stiff)
         series = np.polynomial.Chebyshev.interpolate(
@@ -161,75 +205,11 @@ class OwnCamReference(LeverReference):
         return beta, first / wheel, (second * wheel - first * bend) / wheel**3
 
 
-class SignedReference(LeverReference):
-    """State: θ and its momentum; the lever's angle counts in the sense of θ, on either side."""
-
-    def __init__(self, machine: Any, side: float, *, arc: bool, moment: float, turned: float):
-        super().__init__(machine)
-        self.side, self.arc, self.moment, self.turned = side, arc, moment, turned
-
-    def geometry(self, theta: float) -> tuple[float, float, float]:
-        if not self.arc:
-            rise, first, second = super().geometry(self.side * theta)
-            return self.side * rise, first, self.side * second
-        shape = self.machine.geometry
-        r, rho, depth = shape.base_radius, shape.arm, shape.base_radius + shape.length
-        angle, delta = self.side * theta, 0.0
-        for _ in range(40):
-            # the line at r u from the axle touches the circle about the fulcrum
-            wrong = r * (angle - delta) - rho * (1.0 - math.cos(delta)) + depth * math.sin(delta)
-            change = wrong / (depth * math.cos(delta) - rho * math.sin(delta) - r)
-            delta -= change
-            if abs(change) < 1e-17:
-                break
-        u, free = angle - delta, depth * math.cos(delta) - rho * math.sin(delta) - r
-        rise = delta + (0.5 * r * u * u + free - shape.length) / rho
-        # β = δ + (½ r u² + l − l₀)/ρ by the length of the thread, with dδ/dθ = −r/l
-        lean = -r / free
-        wind = 1.0 - lean
-        slide = -(depth * math.sin(delta) + rho * math.cos(delta))
-        first = lean + (r * u * wind + slide * lean) / rho
-        bend = r / free**2 * slide * lean
-        turn = -(depth * math.cos(delta) - rho * math.sin(delta))
-        second = bend + (r * wind * wind - r * u * bend + turn * lean**2 + slide * bend) / rho
-        return self.side * rise, first, self.side * second
-
-    def start(self, outside: Any) -> np.ndarray:
-        turn, machine = outside(0.0)[2], self.machine
-        first = self.geometry(machine.release_angle)[1]
-        return np.array([machine.release_angle, (machine.inertia + self.turned * first) * turn])
-
-    def rate(self, y: np.ndarray, turn: float) -> float:
-        first, inertia = self.geometry(float(y[0]))[1], self.machine.inertia
-        return (float(y[1]) - (inertia + self.turned * first) * turn) / (
-            inertia + self.turned * first * first
-        )
-
-    def slopes(self, t: float, y: np.ndarray, outside: Any, signs: Any) -> list[float]:
-        _, tilt, turn, gravity = outside(t)
-        beta, first, second = self.geometry(float(y[0]))
-        rate = self.rate(y, turn)
-        pushed = self.turned * second * rate * (first * rate + turn)
-        pushed -= self.side * self.moment * gravity * math.cos(beta - tilt) * first
-        direction, _ = signs
-        drag = self.machine.drag
-        if drag is not None:
-            pushed -= drag.viscous * rate + direction * drag.quadratic * rate * rate
-        return [rate, pushed]
-
-    def struck(self, y: np.ndarray, outside: Any, t: float, direction: float) -> np.ndarray:
-        rate = self.angle(y, outside, t)[1]
-        mass = self.machine.inertia + self.turned * self.geometry(float(y[0]))[1] ** 2
-        energy = 2.0 * self.machine.escapement.energy / mass
-        return y + np.array([0.0, mass * (direction * math.sqrt(rate * rate + energy) - rate)])
-
-
 class HangingReference:
     """State: ψ, δ, ψ̇, δ̇.
 
     The weight is at x = r u cos δ + (r + l) sin δ, y = r u sin δ − (r + l) cos δ in absolute
-    directions, its acceleration against the apparent gravity; both equations are Lagrange's,
-    Σ m (ẍ − a)·∂x/∂q = Q, solved as two linear equations.
+    directions. Lagrange's equations, Σ m (ẍ − a)·∂x/∂q = Q, are solved as two linear equations.
     """
 
     def __init__(self, machine: Any) -> None:
@@ -237,48 +217,44 @@ class HangingReference:
 
     def start(self, outside: Inputs) -> np.ndarray:
         vertical, tilt, turn, _ = outside(0.0)
-        step = 1e-6
-        rate = (outside(step)[0] - outside(0.0)[0]) / step
-        if outside.channels is not None:
-            x = outside.begin
-            rate = float(outside.slopes[0](x)) / outside.length
         angle = self.machine.release_angle + vertical - tilt
+        rate = float(outside.slopes[0](outside.begin)) / outside.length
         return np.array([angle, vertical, turn, rate])
 
-    def slopes(self, t: float, y: np.ndarray, outside: Inputs, signs: Any) -> list[float]:
+    def growth(self) -> tuple[float, float]:
+        """ṙ and İ."""
+        return 0.0, 0.0
+
+    def slopes(self, t: float, y: np.ndarray, outside: Any, signs: Any) -> list[float]:
+        """By the velocity (r ψ̇ + l δ̇ + ṙ u) n + (r u ψ̇ − ṙ (1 − u²/2)) e, e = (−sin δ, cos δ)."""
         machine = self.machine
-        vertical, _, turn, gravity = outside(t)
+        vertical, tilt, turn, gravity = outside(t)
         psi, delta, psi_rate, delta_rate = y.tolist()
-        r, m = machine.base_radius, machine.mass
-        u = psi - delta
+        r, m, (widen, inertia_rate) = machine.base_radius, machine.mass, self.growth()
+        u, u_rate = psi - delta, psi_rate - delta_rate
         free = machine.length - 0.5 * r * u * u
-        # velocity along n = (cos δ, sin δ): r ψ̇ + l δ̇; along (−sin δ, cos δ): r u ψ̇
-        normal, along = (r, free), (r * u, 0.0)
-        u_rate = psi_rate - delta_rate
-        free_rate = -r * u * u_rate
-        # what of the acceleration is not in ψ̈, δ̈; the two directions turn with δ̇
-        rest_normal = free_rate * delta_rate - r * u * psi_rate * delta_rate
-        rest_along = r * u_rate * psi_rate + (r * psi_rate + free * delta_rate) * delta_rate
+        free_rate = -r * u * u_rate - 0.5 * widen * u * u
+        along_n = r * psi_rate + free * delta_rate + widen * u
+        along_e = r * u * psi_rate - widen * (1.0 - 0.5 * u * u)
+        # the acceleration without ψ̈ and δ̈, as n turns towards e, and e away from n, with δ̇
+        rest_n = widen * psi_rate + free_rate * delta_rate + widen * u_rate - delta_rate * along_e
+        rest_e = (widen * u + r * u_rate) * psi_rate + widen * u * u_rate + delta_rate * along_n
+        n, e = (
+            np.array([math.cos(delta), math.sin(delta)]),
+            np.array([-math.sin(delta), math.cos(delta)]),
+        )
         # the apparent gravity pulls along (sin β, −cos β)
-        down = math.sin(vertical) * gravity, -math.cos(vertical) * gravity
+        down = gravity * np.array([math.sin(vertical), -math.cos(vertical)])
         if machine.stiffness:
             # a spring down along the case, by the height of the weight there above its rest
-            case = math.sin(vertical - outside(t)[1]), -math.cos(vertical - outside(t)[1])
-            x = r * u * math.cos(delta) + (r + free) * math.sin(delta)
-            z = r * u * math.sin(delta) - (r + free) * math.cos(delta)
-            drawn = machine.stiffness / m * (r + machine.length - x * case[0] - z * case[1])
-            down = down[0] + drawn * case[0], down[1] + drawn * case[1]
-        pull_normal = down[0] * math.cos(delta) + down[1] * math.sin(delta)
-        pull_along = -down[0] * math.sin(delta) + down[1] * math.cos(delta)
-        mass = np.array(
-            [[m * (normal[i] * normal[j] + along[i] * along[j]) for j in (0, 1)] for i in (0, 1)]
-        )
+            case = np.array([math.sin(vertical - tilt), -math.cos(vertical - tilt)])
+            place = r * u * n - (r + free) * e
+            down += machine.stiffness / m * (r + machine.length - place @ case) * case
+        normal, along = np.array([r, free]), np.array([r * u, 0.0])
+        mass = m * (np.outer(normal, normal) + np.outer(along, along))
         mass[0, 0] += machine.inertia
-        force = [
-            m * normal[i] * (pull_normal - rest_normal) + m * along[i] * (pull_along - rest_along)
-            for i in (0, 1)
-        ]
-        force[0] -= resistance(machine, psi_rate - turn, signs)
+        force = m * (normal * (down @ n - rest_n) + along * (down @ e - rest_e))
+        force[0] -= resistance(machine, psi_rate - turn, signs) + inertia_rate * psi_rate
         # Rayleigh's function ½ c (δ̇ − α̇)² has no part along ψ
         force[1] -= machine.damping * (delta_rate - turn)
         bends = np.linalg.solve(mass, force)
@@ -297,7 +273,7 @@ class HangingReference:
 
 
 def resistance(machine: Any, rate: float, signs: tuple[float, float]) -> float:
-    """Drag and recoil; the signs of θ̇ and of the last impulse."""
+    """Drag and recoil, by the signs of θ̇ and of the last impulse."""
     direction, struck = signs
     against = 0.0
     if machine.drag is not None:
@@ -350,7 +326,7 @@ class Swinging:
                 self._happen(outside, t, hit)
 
     def _events(self) -> dict[str, Any]:
-        """Return what is positive before an event and negative after it."""
+        """Return functions that are positive before an event and negative after it."""
         machine, reference, direction = self.reference.machine, self.reference, self.direction
         found: dict[str, Any] = {}
         if machine.escapement is not None or (machine.drag and machine.drag.quadratic > 0.0):
@@ -387,10 +363,10 @@ class Swinging:
     def _reach(
         self, outside: Any, times: np.ndarray, states: np.ndarray, kind: str
     ) -> tuple[float, str]:
-        """Go to the event in the last step; return its time and kind.
+        """Go to the event in the last step and return its time and kind.
 
-        SciPy interpolates there, to seventh order: the last step is taken again, to the event,
-        and what else comes before it is found on the way.
+        SciPy interpolates to seventh order there. The last step is taken again, to the event, or
+        to an earlier event on the way.
         """
         begin, start, earlier = float(times[-2]), states[:, -2], kind
         while earlier:
@@ -421,7 +397,7 @@ class Swinging:
     def _arm(self, angle: float) -> None:
         """Expect an impulse in a swing that begins at `angle` if it comes to that."""
         escapement = self.reference.machine.escapement
-        # the pallets alternate; the first impulse is given by either, unless recoil tells which
+        # the pallets alternate. Either gives the first impulse, unless recoil determines which
         first = self.given == 0 and escapement is not None and escapement.recoil == 0.0
         reaches = self.direction * angle < self.at < math.inf
         self.armed = reaches and (first or self.direction != self.struck)

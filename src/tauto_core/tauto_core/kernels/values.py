@@ -70,10 +70,7 @@ class Pointer(NumberKind):
         self.item, self.row = item, row
 
 
-@cache
-def pointer_to(item: NumberKind, row: int) -> Pointer:
-    """Return the kind of pointers to such numbers."""
-    return Pointer(item, row)
+pointer_to = cache(Pointer)
 
 
 class Value:
@@ -115,10 +112,8 @@ class Fields:
         self.dtype, self.stored, self.name = dtype, BYTE, str(dtype.descr)
 
 
-@cache
-def fields_of(dtype: np.dtype[Any]) -> Fields:
-    """Return the item type of a structured array. Equal types give the same object."""
-    return Fields(dtype)
+fields_of = cache(Fields)
+"""Equal types give the same object."""
 
 
 class Array:

@@ -15,6 +15,7 @@ from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 
 from tauto_core.curves.numerics import root_of
 from tauto_core.kernels import compiled, entry
@@ -658,7 +659,8 @@ def _support(forcing: Forcing, k: int, gravity: float) -> Support:
     if neutral is None or gravities is None:
         return lambda _: STILL
     length_s = float(forcing.length_s[k])
-    size = max(neutral.shape[1], 0 if tilt is None else tilt.shape[1])
+    # at least ρ̈ has a coefficient
+    size = max(3, neutral.shape[1], 0 if tilt is None else tilt.shape[1])
     roll = np.zeros(size)
     roll[: neutral.shape[1]] = neutral[k]
     if tilt is not None:
@@ -667,19 +669,13 @@ def _support(forcing: Forcing, k: int, gravity: float) -> Support:
     rate = (roll * powers)[1:] / length_s
     bend = (rate * powers[: size - 1])[1:] / length_s
 
-    def value(terms: FloatArray, x: Any) -> Any:
-        total = 0.0 * x
-        for term in terms[::-1]:
-            total = total * x + term
-        return total
-
     def support(times: Any) -> SupportMotion:
         x = times / length_s
-        beta, pull = value(neutral[k], x), value(gravities[k], x)
+        beta, pull = polyval(x, neutral[k]), polyval(x, gravities[k])
         return SupportMotion(
-            turn=value(roll, x),
-            turn_rate=value(rate, x),
-            turn_acceleration=value(bend, x),
+            turn=polyval(x, roll),
+            turn_rate=polyval(x, rate),
+            turn_acceleration=polyval(x, bend),
             down=gravity - pull * np.cos(beta),
             lateral=-pull * np.sin(beta),
         )

@@ -44,7 +44,6 @@ from tauto_core.motion.system import (
     column_at,
     difference,
     fill_hot,
-    hot_at_nodes,
     keep,
     nodes_of,
 )
@@ -55,6 +54,8 @@ from tauto_core.motion.threads import (
     drag_on_wheel,
     exits_by,
     hot_on_wheel,
+    thread_at_nodes,
+    thread_now,
     transverse,
     transverse_at_nodes,
 )
@@ -337,6 +338,12 @@ class _LeverNumbers(NamedTuple):
 class SullyLever(_LeverNumbers, ThreadSystem):
     """Sully's lever machine as `system.System`."""
 
+    @inlined
+    def heated(self, hot: HeatTerms) -> SullyLever:
+        """Return the lever with parameters as heat changes them."""
+        on_wheel = hot_on_wheel(self.on_wheel, hot)
+        return SullyLever(self.shape, self.root_j, hot.weight, on_wheel, self.mirrored)
+
     def at_nodes(self, place: StepPlace, work: Work) -> None:
         """Fill α̇, α̈ and the apparent gravity along and across the case."""
         x, nodes = nodes_of(place, work), work.nodes
@@ -384,7 +391,7 @@ class SullyLever(_LeverNumbers, ThreadSystem):
         """Fill the terms of (methods.3) beyond the rotation of the plane."""
         s, p = row_of(work.x), omega[0] * row_of(work.y)
         nodes: LeverNodes = work.nodes
-        hot, at = _at_nodes(self, work), _near_nodes(self.shape, s)
+        hot, at = thread_at_nodes(self, work), _near_nodes(self.shape, s)
         alpha_rate = row_of(nodes.alpha_rate)
         carried = alpha_rate * fma(self.root_j, at.w, at.n)
         speed = p - carried
@@ -406,7 +413,7 @@ class SullyLever(_LeverNumbers, ThreadSystem):
         a = fma(self.root_j, at.w, at.n)
         speed = p - row_of(nodes.alpha_rate) * a
         gravity = row_of(nodes.g_up) * at.cosine + row_of(nodes.g_across) * at.sine
-        hot = _at_nodes(self, work)
+        hot = thread_at_nodes(self, work)
         _, tension, _ = _pushed(hot, mode, at, a, speed, row_of(nodes.alpha_bend), gravity)
         full = self.shape.full
         x = (s - full.middle) * full.per_half
@@ -435,7 +442,7 @@ class SullyLever(_LeverNumbers, ThreadSystem):
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Inputs) -> Instant:
         """Return the lever at an instant."""
         line, tilt, shape, s = at.drive, at.tilt, self.shape, planes[0].x
-        hot, (arc, angle) = lever_now(self, at), lever_on_arc(shape, s)
+        hot, (arc, angle) = thread_now(self, at), lever_on_arc(shape, s)
         a = arc.n + self.root_j * arc.w
         alpha_bend = line.bend - tilt.bend
         speed = omega[0] * planes[0].y - a * (line.rate - tilt.rate)
@@ -475,32 +482,10 @@ class SullyLever(_LeverNumbers, ThreadSystem):
     ) -> None:
         """Let an impulse change the momentum: ½Mθ̇² = ½Iṡ² grows by its energy."""
         speed, plane = now.speed, state.planes[0]
-        energy = lever_now(self, at).on_wheel.energy
+        energy = thread_now(self, at).on_wheel.energy
         struck = mode.direction * math.sqrt(speed * speed + energy)
         plane.y += (struck - speed) / omega[0]
         plane.y_rest = 0.0
-
-
-@inlined
-def lever_now(lever: SullyLever, at: Inputs) -> SullyLever:
-    """Return the lever with its parameters at an instant, unchanged if heat does not act."""
-    if lever.on_wheel.heat is None or at.hot is None:
-        return lever
-    return _with_numbers(lever, at.hot)
-
-
-@inlined
-def _at_nodes(lever: SullyLever, work: Work) -> SullyLever:
-    """Return the lever with its parameters at the nodes, unchanged if heat does not act."""
-    if lever.on_wheel.heat is None:
-        return lever
-    return _with_numbers(lever, hot_at_nodes(work))
-
-
-@inlined
-def _with_numbers(cold: SullyLever, hot: HeatTerms) -> SullyLever:
-    on_wheel = hot_on_wheel(cold.on_wheel, hot)
-    return SullyLever(cold.shape, cold.root_j, hot.weight, on_wheel, cold.mirrored)
 
 
 @inlined

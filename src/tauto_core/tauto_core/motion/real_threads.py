@@ -42,7 +42,7 @@ from tauto_core.motion.lanes import (
     width,
     with_lane,
 )
-from tauto_core.motion.lever import LeverNodes, SullyLever, arc_series, lever_now, lever_on_arc
+from tauto_core.motion.lever import LeverNodes, SullyLever, arc_series, lever_on_arc
 from tauto_core.motion.slack import LooseSystem, Retension, SlackThread, rounding_of
 from tauto_core.motion.stepping import (
     ERROR_OF_LAST_STRONG,
@@ -63,7 +63,6 @@ from tauto_core.motion.system import (
     RunningState,
     StepPlace,
     first_below,
-    hot_at_nodes,
     near_zero,
     planes_of,
 )
@@ -75,7 +74,7 @@ from tauto_core.motion.threads import (
     ThreadNodes,
     WithThread,
     drag_on_wheel,
-    hot_on_wheel,
+    thread_at_nodes,
     thread_now,
     transverse,
 )
@@ -424,9 +423,7 @@ class LooseOnWheel(_TautNumbers, WithThread, LooseSystem):
         self, mode: Mode, omega: Omega, at: Inputs, now: Instant, state: RunningState
     ) -> None:
         """Let an impulse act on the wheel alone: ½ I θ̇² grows by its energy."""
-        on_wheel, plane = self.on_wheel, state.planes[0]
-        if on_wheel.heat is not None and at.hot is not None:
-            on_wheel = hot_on_wheel(on_wheel, at.hot)
+        on_wheel, plane = thread_now(self.taut, at).on_wheel, state.planes[0]
         struck = mode.direction * math.sqrt(now.rate * now.rate + on_wheel.energy)
         plane.y += (struck - now.rate) / omega[0]
         plane.y_rest = 0.0
@@ -439,12 +436,6 @@ def _against(on_wheel: OnWheel, mode: Mode, rate: Numeric, psi_rate: Numeric) ->
     if on_wheel.growth is not None:
         against = against + on_wheel.growth * psi_rate
     return against
-
-
-@inlined
-def _on_wheel_at_nodes(on_wheel: OnWheel, work: Work) -> OnWheel:
-    """Return the terms on the wheel at the nodes of a step."""
-    return on_wheel if on_wheel.heat is None else hot_on_wheel(on_wheel, hot_at_nodes(work))
 
 
 # -----------------------------------------------------------------------------
@@ -474,7 +465,8 @@ class LooseThread(LooseOnWheel):
         nodes: ThreadNodes = work.nodes
         w = omega[0] * row_of(work.y, 0)
         rate = w - row_of(nodes.alpha_rate)
-        against = _against(_on_wheel_at_nodes(self.on_wheel, work), mode, rate, w)
+        on_wheel = thread_at_nodes(self.taut, work).on_wheel
+        against = _against(on_wheel, mode, rate, w)
         store(work.d2, 0, omega[0] * row_of(work.x, 0) - against * (1.0 / omega[0]))
         sine, versine = sine_versine(whole_turns_off(row_of(nodes.vertical)))
         scale = 1.0 / (self.taut.length * omega[1])
@@ -649,10 +641,9 @@ class LooseLever(LooseOnWheel):
         """Fill the disturbances of both planes."""
         nodes: LeverNodes = work.nodes
         root_j, alpha_rate = self.taut.root_j, row_of(nodes.alpha_rate)
-        w, kappa = omega[0] * row_of(work.y, 0), self.taut.kappa + 0.0 * alpha_rate
-        if self.on_wheel.heat is not None:
-            kappa = row_of(work.nodes.weight)
-        against = _against(_on_wheel_at_nodes(self.on_wheel, work), mode, w - alpha_rate, w)
+        w, taut = omega[0] * row_of(work.y, 0), thread_at_nodes(self.taut, work)
+        kappa = taut.kappa + 0.0 * alpha_rate
+        against = _against(taut.on_wheel, mode, w - alpha_rate, w)
         store(work.d1, 0, -alpha_rate)
         store(work.d2, 0, omega[0] * row_of(work.x, 0) - against * (1.0 / omega[0]))
         height = row_of(work.x, 1)
@@ -678,7 +669,7 @@ class LooseLever(LooseOnWheel):
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Inputs) -> Instant:
         """Return wheel and lever at an instant."""
-        tilt, lever, theta = at.tilt, lever_now(self.taut, at), planes[0].x
+        tilt, lever, theta = at.tilt, thread_now(self.taut, at), planes[0].x
         alpha_rate, alpha_bend = at.drive.rate - tilt.rate, at.drive.bend - tilt.bend
         psi_rate, height = omega[0] * planes[0].y, planes[1].x
         rate, pose = psi_rate - alpha_rate, _pose_at(lever, theta)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from tauto_core.kernels import compiled, inlined
 from tauto_core.machines.parts import DragLaw
@@ -304,6 +304,24 @@ class _ThreadNumbers(NamedTuple):
 class Hanging(_ThreadNumbers, ThreadSystem):
     """The swinging thread as `system.System`."""
 
+    @inlined
+    def heated(self, hot: HeatTerms) -> Hanging:
+        """Return the thread with parameters as heat changes them."""
+        return Hanging(
+            hot.carried,
+            self.length,
+            self.least,
+            hot.weight,
+            self.wheel,
+            self.thread,
+            self.to_first,
+            self.to_second,
+            hot_on_wheel(self.on_wheel, hot),
+            self.damping,
+            hot.force,
+            self.spring,
+        )
+
     def at_nodes(self, place: StepPlace, work: Work) -> None:
         """Fill β, g_eff, the transverse acceleration, and α̇."""
         x, nodes = nodes_of(place, work), work.nodes
@@ -463,29 +481,17 @@ class Hanging(_ThreadNumbers, ThreadSystem):
 
 
 @inlined
-def thread_now(system: Hanging, at: Inputs) -> Hanging:
-    """Return the system with its parameters at an instant, unchanged if heat does not act."""
+def thread_now(system: Any, at: Inputs) -> Any:
+    """Return a thread with its parameters at an instant, unchanged if heat does not act."""
     if system.on_wheel.heat is None or at.hot is None:
         return system
-    return _with_numbers(system, at.hot)
+    return system.heated(at.hot)
 
 
 @inlined
-def _with_numbers(cold: Hanging, hot: HeatTerms) -> Hanging:
-    return Hanging(
-        hot.carried,
-        cold.length,
-        cold.least,
-        hot.weight,
-        cold.wheel,
-        cold.thread,
-        cold.to_first,
-        cold.to_second,
-        hot_on_wheel(cold.on_wheel, hot),
-        cold.damping,
-        hot.force,
-        cold.spring,
-    )
+def thread_at_nodes(system: Any, work: Work) -> Any:
+    """Return a thread with its parameters at the nodes, unchanged if heat does not act."""
+    return system if system.on_wheel.heat is None else system.heated(hot_at_nodes(work))
 
 
 @inlined
@@ -556,8 +562,7 @@ def _at_stages(
 ) -> tuple[Lanes, Lanes, Lanes, Lanes]:
     """Return ψ̈, δ̈, the tension over m and the free thread at the stages."""
     (psi, delta), rates = _stages(system, omega, work)
-    if system.on_wheel.heat is not None:
-        system = _with_numbers(system, hot_at_nodes(work))
+    system = thread_at_nodes(system, work)
     nodes: ThreadNodes = work.nodes
     lean = delta - row_of(nodes.vertical)
     sine, versine = sine_versine(lean)

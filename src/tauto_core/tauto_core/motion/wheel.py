@@ -109,24 +109,6 @@ class InputChannels(NamedTuple):
     heat: bool | None = None
 
 
-@compiled
-def fill_nodes(channels: InputChannels, drag: bool, place: StepPlace, work: Work) -> None:
-    """Fill the rows of the channels that act, τ̇ for drag only."""
-    x, terms, nodes = nodes_of(place, work), place.terms, work.nodes
-    if channels.line is not None:
-        rate, bend = columns(DRIVE_RATE, terms, x, work)
-        store(nodes.line_rate, 0, rate)
-        store(nodes.line_bend, 0, bend)
-    if drag and channels.tilt is not None:
-        store(nodes.tilt_rate, 0, column_at(TILT_RATE, terms, x, work))
-    if channels.gravity is not None:
-        store(nodes.gravity, 0, column_at(APPARENT_GRAVITY, terms, x, work))
-    if channels.lean is not None:
-        store(nodes.lean, 0, column_at(LEAN, terms, x, work))
-    if channels.heat is not None:
-        fill_hot(x, work)
-
-
 @inlined
 def wheel_at_nodes(wheel: Wheel, work: Work) -> Wheel:
     """Return the wheel with its parameters at the nodes, unchanged if heat does not act."""
@@ -207,35 +189,6 @@ def surely_within(wheel: Wheel, mode: Mode, omega: Omega, work: Work) -> bool:
     return reach <= wheel.range and lowest(zeros + pull) > lost
 
 
-@compiled
-def exits(cold: Wheel, mode: Mode, omega: Omega, work: Work) -> Exits:
-    """Return whether the step leaves the range, by rough bounds if they suffice."""
-    edge, slack, is_near = NOWHERE, NOWHERE, False
-    wheel = wheel_at_nodes(cold, work)
-    reach = largest(row_of(work.x))
-    is_within = reach <= SURELY_WITHIN * wheel.range
-    if isinstance(wheel.lever, LinearLever) and surely_within(wheel, mode, omega, work):
-        return Exits(edge, slack, is_within, reach)
-    channels, nodes = wheel.channels, work.nodes
-    line_rate = row_or_zero(channels.line, nodes.line_rate)
-    q, speed = angle_and_speed(
-        wheel, row_of(work.x), omega[0] * row_of(work.y), line_rate, mode.side
-    )
-    if largest(q) > wheel.range:
-        edge = first_below(wheel.range - larger(q, q), work)
-    if wheel.has_weight:
-        arm = lever_arm(wheel.lever, mode.side, q)
-        rate = speed + row_or_zero(channels.tilt, nodes.tilt_rate)
-        line_bend = row_or_zero(channels.line, nodes.line_bend)
-        gravity = row_or_zero(channels.gravity, nodes.gravity)
-        aside = unbalanced(wheel.per_inertia, q - row_or_zero(channels.lean, nodes.lean), gravity)
-        _, tension = _pushed(wheel.per_inertia, arm, mode, speed, rate, line_bend, gravity, aside)
-        # 0·q gives the tension one lane per node even if it is a constant
-        tension = 0.0 * q + tension
-        slack, is_near = first_below(tension, work), near_zero(tension)
-    return Exits(edge, slack, is_within, reach, is_near)
-
-
 # -----------------------------------------------------------------------------
 # The wheel as a system of one rotating plane: X is the coordinate of `wells`, ωY its momentum.
 #
@@ -313,8 +266,20 @@ class Wheel(NamedTuple):
         return self.feels_drag or self.feels_impulse
 
     def at_nodes(self, place: StepPlace, work: Work) -> None:
-        """Fill γ̇, γ̈, τ̇ and g at the nodes of a step."""
-        fill_nodes(self.channels, self.feels_drag, place, work)
+        """Fill the rows of the channels that act, τ̇ for drag only."""
+        x, terms, nodes = nodes_of(place, work), place.terms, work.nodes
+        if self.channels.line is not None:
+            rate, bend = columns(DRIVE_RATE, terms, x, work)
+            store(nodes.line_rate, 0, rate)
+            store(nodes.line_bend, 0, bend)
+        if self.feels_drag and self.channels.tilt is not None:
+            store(nodes.tilt_rate, 0, column_at(TILT_RATE, terms, x, work))
+        if self.channels.gravity is not None:
+            store(nodes.gravity, 0, column_at(APPARENT_GRAVITY, terms, x, work))
+        if self.channels.lean is not None:
+            store(nodes.lean, 0, column_at(LEAN, terms, x, work))
+        if self.channels.heat is not None:
+            fill_hot(x, work)
 
     @inlined
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
@@ -362,8 +327,34 @@ class Wheel(NamedTuple):
         return planes[0].x
 
     def exits(self, mode: Mode, omega: Omega, work: Work) -> Exits:
-        """Return whether the step leaves the cam, or its thread goes slack."""
-        return exits(self, mode, omega, work)
+        """Return whether the step leaves the cam, or its thread goes slack.
+
+        Rough bounds decide if they suffice.
+        """
+        edge, slack, is_near = NOWHERE, NOWHERE, False
+        wheel = wheel_at_nodes(self, work)
+        reach = largest(row_of(work.x))
+        is_within = reach <= SURELY_WITHIN * wheel.range
+        if isinstance(wheel.lever, LinearLever) and surely_within(wheel, mode, omega, work):
+            return Exits(edge, slack, is_within, reach)
+        channels, nodes = wheel.channels, work.nodes
+        line_rate = row_or_zero(channels.line, nodes.line_rate)
+        q, speed = angle_and_speed(
+            wheel, row_of(work.x), omega[0] * row_of(work.y), line_rate, mode.side
+        )
+        if largest(q) > wheel.range:
+            edge = first_below(wheel.range - larger(q, q), work)
+        if wheel.has_weight:
+            arm, per_inertia = lever_arm(wheel.lever, mode.side, q), wheel.per_inertia
+            rate = speed + row_or_zero(channels.tilt, nodes.tilt_rate)
+            line_bend = row_or_zero(channels.line, nodes.line_bend)
+            gravity = row_or_zero(channels.gravity, nodes.gravity)
+            aside = unbalanced(per_inertia, q - row_or_zero(channels.lean, nodes.lean), gravity)
+            _, tension = _pushed(per_inertia, arm, mode, speed, rate, line_bend, gravity, aside)
+            # 0·q gives the tension one lane per node even if it is a constant
+            tension = 0.0 * q + tension
+            slack, is_near = first_below(tension, work), near_zero(tension)
+        return Exits(edge, slack, is_within, reach, is_near)
 
     def clear_square(
         self, omega: Omega, pieces: ForcingPieces, k: int, besides: float = 0.0
