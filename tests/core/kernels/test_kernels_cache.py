@@ -133,7 +133,7 @@ def test_a_file_cut_short_is_compiled_anew(program):
 
 
 @pytest.mark.parametrize('what', ['link', 'pipe', 'group', 'others', 'large', 'owner'])
-def test_an_entry_that_another_user_may_have_put_there_is_not_run(program, what):
+def test_an_entry_that_another_user_may_have_put_is_not_run(program, what):
     """In a private folder. Two kernels give one warning."""
     program.run()
     (kept,) = entries.folder().iterdir()

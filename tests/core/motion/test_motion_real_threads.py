@@ -219,7 +219,7 @@ def test_a_wheel_too_light_for_its_lever_is_refused():
         RealThreads(compile_machine(scene_of(trochlea=heavy)))
 
 
-def test_damping_of_the_lean_takes_energy_at_the_rate_of_its_ratio():
+def test_damping_of_the_lean_takes_energy_at_its_rate():
     """On land. The lean under a wheel of great inertia decays as e^(−ζω t), ω = √(g/l)."""
     scene = scene_of(trochlea={**DAMPED, 'release_angle': 1.0})
     machine = compile_machine(scene)

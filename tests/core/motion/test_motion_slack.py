@@ -326,7 +326,7 @@ def test_a_lever_to_port_is_the_mirror_image(own):
 
 
 @pytest.mark.parametrize('trochlea', [VERTICAL, HOLE, LEVER, HANGING])
-def test_a_machine_heated_to_35_degrees_goes_slack_as_one_made_so(trochlea):
+def test_a_machine_at_35_degrees_goes_slack_as_one_made_so(trochlea):
     """The forcing stays at 35 degrees. Brass grows, and oil thins."""
     scene = scene_of(
         trochlea={**trochlea, 'material': 'brass'},

@@ -80,7 +80,7 @@ from tauto_core.kernels.values import (
 )
 
 # -----------------------------------------------------------------------------
-# Expressions of a function, from the syntax tree to instructions, and the values of its names.
+# Expressions and statements of a function, from the syntax tree to instructions.
 
 
 class Method:
@@ -90,8 +90,27 @@ class Method:
         self.owner, self.function = owner, function
 
 
-class Scope:
-    """A function and the values of its names."""
+UNROLLED, UNROLLED_TO_PICK = 3, 16
+"""Most rounds of an unrolled loop: of any loop, and of one that picks items of a tuple."""
+
+
+class Loop(NamedTuple):
+    """A loop around a statement.
+
+    Attributes:
+        left: blocks that a break ends, without terminator, and the variables there.
+        next: the same for continue and for the end of the body.
+    """
+
+    left: list[Any]
+    next: list[Any]
+
+
+class Frame:
+    """The lowering of one function: its names and statements.
+
+    `reached` says whether the next statement can be reached.
+    """
 
     def __init__(self, program: Any, out: Emission, function: FunctionType) -> None:
         self.program, self.out, self.function = program, out, function
@@ -100,6 +119,9 @@ class Scope:
         cells = [cell.cell_contents for cell in function.__closure__ or ()]
         self.free = dict(zip(function.__code__.co_freevars, cells, strict=True))
         self.variables: dict[str, Any] = {}
+        self.returned: list[tuple[ir.Block, Any]] = []
+        self.loops: list[Loop] = []
+        self.reached = True
 
     def unknown(self, node: Any) -> Any:
         """Refuse a construct that the language does not have."""
@@ -304,32 +326,6 @@ class Scope:
         if emit is None:
             raise KernelError(f'kernels cannot call {callee!r}')
         return emit(self.out, *args, **keywords)
-
-
-UNROLLED, UNROLLED_TO_PICK = 3, 16
-"""Most rounds of an unrolled loop: of any loop, and of one that picks items of a tuple."""
-
-
-class Loop(NamedTuple):
-    """A loop around a statement.
-
-    Attributes:
-        left: blocks that a break ends, without terminator, and the variables there.
-        next: the same for continue and for the end of the body.
-    """
-
-    left: list[Any]
-    next: list[Any]
-
-
-class Frame(Scope):
-    """The lowering of one function: its statements, and whether the next one can be reached."""
-
-    def __init__(self, program: Any, out: Emission, function: FunctionType) -> None:
-        super().__init__(program, out, function)
-        self.returned: list[tuple[ir.Block, Any]] = []
-        self.loops: list[Loop] = []
-        self.reached = True
 
     def result(self, args: list[Any], keywords: dict[str, Any]) -> Any:
         """Translate the function for these arguments and return its result."""

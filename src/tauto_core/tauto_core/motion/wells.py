@@ -347,19 +347,24 @@ def _spline(lever: TableLever | SmoothLever, q: float) -> Arm:
     return Arm(math.copysign(t, q), t_prime, lever.lifts[k] + lift * x)
 
 
+@inlined
+def _near_middle(middle: FloatArray, q: Numeric, u: Numeric) -> Arm:
+    """Return the arm of an analytic law near the middle, by even polynomials of u = q/reach."""
+    u = u * u
+    t_over_q = t_prime = lift_over_square = 0.0 * u
+    for j in range(middle.shape[1] - 1, -1, -1):
+        t_over_q = fma(t_over_q, u, middle[0, j])
+        t_prime = fma(t_prime, u, middle[1, j])
+        lift_over_square = fma(lift_over_square, u, middle[2, j])
+    return Arm(q * t_over_q, t_prime, (q * q) * lift_over_square)
+
+
 @compiled
 def _smooth_at(lever: SmoothLever, q: float) -> Arm:
-    """Return the arm of an analytic law: even polynomials near the middle, pieces beyond."""
+    """Return the arm of an analytic law, in pieces beyond the middle."""
     if abs(q) > lever.knots[1]:
         return _spline(lever, q)
-    u = q / lever.knots[1]
-    u = u * u
-    t_over_q = t_prime = lift_over_square = 0.0
-    for j in range(lever.middle.shape[1] - 1, -1, -1):
-        t_over_q = fma(t_over_q, u, lever.middle[0, j])
-        t_prime = fma(t_prime, u, lever.middle[1, j])
-        lift_over_square = fma(lift_over_square, u, lever.middle[2, j])
-    return Arm(q * t_over_q, t_prime, (q * q) * lift_over_square)
+    return _near_middle(lever.middle, q, q / lever.knots[1])
 
 
 @compiled
@@ -379,17 +384,7 @@ def _smooth(lever: SmoothLever, q: Lanes) -> Arm:
     """Return the arm of an analytic law at the stages, most of them near the middle."""
     if largest(q) > lever.knots[1]:
         return _splines(lever, q)
-    middle = lever.middle
-    u = q * (1.0 / lever.knots[1])
-    u = u * u
-    degree = middle.shape[1] - 1
-    t_over_q, t_prime = filled(q, middle[0, degree]), filled(q, middle[1, degree])
-    lift_over_square = filled(q, middle[2, degree])
-    for j in range(degree - 1, -1, -1):
-        t_over_q = fma(t_over_q, u, middle[0, j])
-        t_prime = fma(t_prime, u, middle[1, j])
-        lift_over_square = fma(lift_over_square, u, middle[2, j])
-    return Arm(q * t_over_q, t_prime, (q * q) * lift_over_square)
+    return _near_middle(lever.middle, q, q * (1.0 / lever.knots[1]))
 
 
 @inlined
