@@ -10,7 +10,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from tauto_core.machines import HangingMachine
-from tauto_core.machines.threads.hanging import SwingError, common_swing
+from tauto_core.machines.threads.hanging import SwingError
 from tauto_core.scene.errors import CamRangeError
 
 MACHINE = HangingMachine(4e-4, 0.05, 0.02, 0.3, 9.81, None, None, 1.0)
@@ -91,13 +91,16 @@ def to_the_middle(machine, amplitude, delta):
     return found.t_events[0][0], found.y_events[0][0][1]
 
 
-@pytest.mark.parametrize(('length', 'amplitude'), [(0.3, 1.5), (0.5, 0.5), (5.0, 1.5)])
-def test_the_periodic_swing_is_that_of_a_shooting_method(length, amplitude):
+@pytest.mark.parametrize(
+    ('length', 'amplitude', 'stiffness'),
+    [(0.3, 1.5, 0.0), (0.5, 0.5, 0.0), (5.0, 1.5, 0.0), (0.3, 1.2, 40.0)],
+)
+def test_the_periodic_swing_is_that_of_a_shooting_method(length, amplitude, stiffness):
     """The thread's angle at rest for which it passes the middle with the wheel, by SciPy.
 
     The event is interpolated to 1e-10 of the period.
     """
-    machine = replace(MACHINE, length=length)
+    machine = replace(MACHINE, length=length, stiffness=stiffness)
     share = machine.modes.B_prime if machine.wheel_is_fast else machine.modes.B
     guess = amplitude * machine.base_radius / share
     delta = brentq(
@@ -132,28 +135,10 @@ def test_energy_is_kept_by_the_equations(stiffness):
 
 
 def test_a_spring_on_the_weight_quickens_wide_swings_only():
-    """Its pull is κH, and H of the second order. DOP853 has the same quarter, to 1e-11."""
+    """Its pull is κH, and H of the second order."""
     machine = replace(MACHINE, stiffness=40.0)
     assert machine.small_period == MACHINE.small_period
     assert machine.period(1.2) < 0.95 * MACHINE.period(1.2)
-    share = machine.modes.B_prime if machine.wheel_is_fast else machine.modes.B
-    period, course = common_swing(
-        machine.accelerations, 1.2, machine.frequency, machine.base_radius / share
-    )
-    assert period == machine.period(1.2)
-
-    def slopes(_, y):
-        return [y[2], y[3], *machine.accelerations(*y)]
-
-    # from the first of the instants, back to rest and on to the middle
-    begin = [float(part[0]) for part in course]
-    back = 0.25 * period * 0.5 / len(course[0])
-    for length, at_rest in ((-back, True), (0.25 * period - back, False)):
-        end = solve_ivp(slopes, (0.0, length), begin, 'DOP853', rtol=1e-13, atol=1e-16).y[:, -1]
-        bends = machine.accelerations(*end)
-        # the instant at which it would be there, from how far it is off
-        late = end[2:] / bends if at_rest else end[:2] / end[2:]
-        assert np.max(np.abs(late)) < 1e-11 * period
 
 
 @pytest.mark.parametrize('amplitude', [1e-300, 1e-30, 1e-13, 1e-11])

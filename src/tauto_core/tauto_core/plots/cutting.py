@@ -458,27 +458,18 @@ class Line(NamedTuple):
     def svg(self) -> str:
         """Return the data of an SVG path, with y downwards."""
         parts = [f'M{self.x[0]:.6f} {-self.y[0]:.6f}']
-        if self.bulge is None:
-            ends = zip(self.x[1:], self.y[1:], strict=True)
-            return ''.join(parts + [f'L{x:.6f} {-y:.6f}' for x, y in ends])
-        targets = np.roll(self.x, -1), np.roll(self.y, -1)
-        chords = np.hypot(targets[0] - self.x, targets[1] - self.y)
-        for x, y, chord, bulge in zip(*targets, chords, self.bulge, strict=True):
+        is_closed = self.bulge is not None
+        bulges = np.zeros(len(self.x) - 1) if self.bulge is None else self.bulge
+        targets = [np.roll(part, -1)[: len(bulges)] for part in (self.x, self.y)]
+        chords = np.hypot(targets[0] - self.x[: len(bulges)], targets[1] - self.y[: len(bulges)])
+        for x, y, chord, bulge in zip(*targets, chords, bulges, strict=True):
             if bulge == 0.0:
                 parts.append(f'L{x:.6f} {-y:.6f}')
                 continue
             radius = 0.25 * chord * (1.0 / abs(bulge) + abs(bulge))
             # arcs turn by at most half a turn. With y downwards a left turn is SVG's flag 0
             parts.append(f'A{radius:.6f} {radius:.6f} 0 0 {int(bulge < 0.0)} {x:.6f} {-y:.6f}')
-        return ''.join(parts) + 'Z'
-
-
-class Note(NamedTuple):
-    """A line of text, with (x, y) at the beginning of its base line [mm]."""
-
-    x: float
-    y: float
-    text: str
+        return ''.join(parts) + 'Z' * is_closed
 
 
 @dataclass(frozen=True)
@@ -489,14 +480,15 @@ class Drawing:
         title: title of the drawing.
         lines: lines, those to cut first.
         circles: axle, base circle and holes.
-        notes: dimensions in words, from the top down, as wide as the drawing or 75 mm.
+        notes: dimensions in words, as wide as the drawing or 75 mm, with the beginnings (x, y) of
+            their base lines.
         text_mm: height of letters.
     """
 
     title: str
     lines: Sequence[Line]
     circles: Sequence[Circle]
-    notes: Sequence[Note] = ()
+    notes: Sequence[tuple[float, float, str]] = ()
     text_mm: float = TEXT_MM
 
     @property
@@ -516,7 +508,7 @@ class Drawing:
             for c in self.circles
         ]
         x, y = (np.concatenate(part) for part in zip(*points, strict=True))
-        low = min([float(np.min(y)), *(note.y for note in self.notes)])
+        low = min([float(np.min(y)), *(y for _, y, _ in self.notes)])
         return float(np.min(x)), low, float(np.max(x)), float(np.max(y))
 
     def shapes(self, pen: float = 1.0) -> str:
@@ -561,15 +553,14 @@ class Drawing:
     def svg(self) -> bytes:
         """Return the drawing as SVG to scale, with a small one enlarged on the right."""
         left, low, right, top = self.box
-        ends = (note.x + LETTER * self.text_mm * len(note.text) for note in self.notes)
+        ends = (x + LETTER * self.text_mm * len(text) for x, _, text in self.notes)
         right = max(right, *ends)
         view, across, down = self.enlarged(right + _GAP_MM, top)
         right, low = (right + _GAP_MM + across, min(low, top - down)) if view else (right, low)
         width = right - left + 2.0 * _MARGIN_MM
         height = top - low + 2.0 * _MARGIN_MM
         texts = [
-            f'<text x="{note.x:.4f}" y="{-note.y:.4f}">{escape(note.text)}</text>'
-            for note in self.notes
+            f'<text x="{x:.4f}" y="{-y:.4f}">{escape(text)}</text>' for x, y, text in self.notes
         ]
         words = '\n'.join(texts)
         font = f'font-family="sans-serif" font-size="{self.text_mm:.4g}"'
@@ -615,9 +606,9 @@ class Drawing:
                 space.add_polyline2d(points, close=close, dxfattribs=attributes)
         for ring in self.circles if sagitta is None else ():
             space.add_circle((ring.x, ring.y), ring.radius, dxfattribs={'layer': ring.layer})
-        for note in self.notes:
-            text = space.add_text(note.text, height=self.text_mm, dxfattribs={'layer': 'NOTES'})
-            text.set_placement((note.x, note.y))
+        for *place, text in self.notes:
+            note = space.add_text(text, height=self.text_mm, dxfattribs={'layer': 'NOTES'})
+            note.set_placement(place)
         for kind in sorted(document.entitydb.dxf_types_in_use()):  # ezdxf's own order is by hash
             document.classes.add_class(kind)
         written = StringIO()
@@ -643,7 +634,7 @@ def explained(
         for text in (f'{bar:g} mm', title, *dimensions)
         for line in textwrap.wrap(text, letters, subsequent_indent='  ', break_on_hyphens=False)
     ]
-    notes = [Note(left, place - LINE * text_mm * (n + 1.25), text) for n, text in enumerate(words)]
+    notes = [(left, place - LINE * text_mm * (n + 1.25), text) for n, text in enumerate(words)]
     scale = Line('SCALE', left + along, place + ticks)
     return Drawing(title, (*lines, scale), circles, notes, text_mm)
 
