@@ -54,7 +54,6 @@ from tauto_core.motion.gauss_step import (
     Omega,
     Step,
     Work,
-    copy_planes,
     fill_rotations,
     finish,
     gauss_constants,
@@ -74,7 +73,7 @@ from tauto_core.motion.stepping import (
     Model,
     Spans,
     bounds_of,
-    count_step,
+    fill_row,
     over_span,
     restore_record,
     signs_at_nodes,
@@ -293,21 +292,12 @@ def _to_row(
         return PAST
     if not holds(run, swing, mode, free_end.error, h):
         return MISSES
-    # advance the state for the row, then restore it
-    turns, beats = state.turns, state.beats
-    saved: tuple[tuple[float, float, float, float], ...] = ()
-    for p in range(len(omega)):
-        plane = state.planes[p]
-        saved = (*saved, (plane.x, plane.x_rest, plane.y, plane.y_rest))
     below = wheel.coordinate(planes_of(omega, state.planes)) < 0.0
     signs = signs_at_nodes(wheel.coordinates(work), below, NOWHERE, work)
-    copy_planes(omega, work.end, state.planes)
-    count_step(True, signs, run, 0, 0.0)
-    write_row(run, at, row)
-    state.turns, state.beats = turns, beats
-    for p in range(len(omega)):
-        plane = state.planes[p]
-        plane.x, plane.x_rest, plane.y, plane.y_rest = saved[p]
+    below = now.coordinate < 0.0
+    turns = state.turns + signs.turns + (1 if signs.below and not below else 0)
+    beats = state.beats + signs.beats + (1 if signs.behind != below else 0)
+    fill_row(now, turns, beats, row)
     return HOLDS
 
 

@@ -493,6 +493,14 @@ def _move(
     return StepResult(event, xi, error)
 
 
+@inlined
+def fill_row(now: Instant, turns: int, beats: int, row: LoggedRow) -> None:
+    """Fill a row with the system at an instant."""
+    row.angle, row.rate, row.torque = now.angle, now.rate, now.torque
+    row.coordinate, row.speed, row.acceleration = now.coordinate, now.speed, now.acceleration
+    row.turns, row.beats = turns, beats + ahead(now.coordinate, now.speed, now.angle)
+
+
 @compiled
 def write_row(run: SteppedRun, at: Inputs, row: LoggedRow) -> None:
     """Fill a row with the system at an instant."""
@@ -502,11 +510,10 @@ def write_row(run: SteppedRun, at: Inputs, row: LoggedRow) -> None:
         mode = Mode(mode.side, 0.0, mode.pallet)
     planes = planes_of(run.omega, state.planes)
     now: Instant = run.system.instant(mode, run.omega, planes, at)
-    row.angle = state.held_angle if is_held else now.angle
-    row.rate = 0.0 if is_held else now.rate
-    row.acceleration = -at.tilt.bend if is_held else now.acceleration
-    row.torque, row.coordinate, row.speed = now.torque, now.coordinate, now.speed
-    row.turns, row.beats = state.turns, state.beats + ahead(now.coordinate, now.speed, row.angle)
+    fill_row(now, state.turns, state.beats, row)
+    if is_held:
+        row.angle, row.rate, row.acceleration = state.held_angle, 0.0, -at.tilt.bend
+        row.beats = state.beats + ahead(now.coordinate, now.speed, row.angle)
 
 
 @entry
