@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,8 @@ import yaml
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import AnyMachine, Machine
 from tauto_core.motion import Forcing
+from tauto_core.motion.forcing import Motion
+from tauto_core.motion.free_end import _part
 from tauto_core.samples import JOINT_STATES, PHASE, Batches
 from tauto_core.scene import Scene, parse_scene
 from tauto_core.ship import ShipMotion
@@ -129,3 +132,34 @@ def sampled(scene: Scene, machine: AnyMachine | None = None, stride: int = 2) ->
     forcing = buffer.forcing(scene.log_interval_ns, scene.duration_ns, final=True)
     assert forcing is not None
     return forcing
+
+
+def moved(engine: Any, forcing: Forcing) -> Motion:
+    """Return the motion over a forcing, from a release on."""
+    engine.release(forcing)
+    motion: Motion = engine.advance(forcing)
+    return motion
+
+
+def moved_in_chunks(make: Callable[[], Any], forcing: Forcing, spans: int) -> Motion:
+    """Return the motion over chunks of so many spans, each by an engine restored from a state."""
+    engine, parts = make(), []
+    engine.release(_part(forcing, 0, spans))
+    for begin in range(0, len(forcing.begin), spans):
+        state, engine = engine.state(), make()
+        engine.restore(state)
+        parts.append(engine.advance(_part(forcing, begin, begin + spans)))
+    return Motion(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Motion)))
+
+
+def assert_same_bits(found: Motion, wanted: Motion) -> None:
+    """Compare all columns of two motions."""
+    for field in fields(Motion):
+        np.testing.assert_array_equal(getattr(found, field.name), getattr(wanted, field.name))
+
+
+def assert_same_swing(found: Motion, wanted: Motion, atol: float) -> None:
+    """Compare the angles of two motions to a tolerance [rad], and their counts."""
+    np.testing.assert_allclose(found.angle, wanted.angle, rtol=0.0, atol=atol)
+    np.testing.assert_array_equal(found.half_turns, wanted.half_turns)
+    np.testing.assert_array_equal(found.beats, wanted.beats)

@@ -1,21 +1,26 @@
-"""Steps of levers and swinging threads from impulse to impulse, against DOP853 and the driver."""
+"""Event-to-event steps of levers and swinging threads, against DOP853 and the driver."""
 
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
-from motion_cases import SEA, sampled, scene_of
+from motion_cases import (
+    SEA,
+    assert_same_bits,
+    assert_same_swing,
+    moved,
+    moved_in_chunks,
+    sampled,
+    scene_of,
+)
 from test_motion_heat import warmed
 from thread_references import reference_of, swing
 
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import compile_machine
 from tauto_core.motion import make_propagator
-from tauto_core.motion.forcing import Forcing
-from tauto_core.motion.free_end import _part
 from tauto_core.motion.real_threads import FreeEndThreads, RealThreads, thread_takes_free_ends
-from tauto_core.motion.slack import SPANNED
 from tauto_core.samples import SHIP_IMU
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import ABSENT
@@ -77,12 +82,6 @@ def forced(
     return compile_machine(scene), sampled(scene)
 
 
-def moved(engine: Any, forcing: Forcing) -> Any:
-    """Return the motion over a forcing."""
-    engine.release(forcing)
-    return engine.advance(forcing)
-
-
 @pytest.mark.parametrize('name', CASES)
 def test_nine_seconds_at_sea_against_dop853(name: str) -> None:
     """From the Lagrangians, with DOP853's own events.
@@ -118,25 +117,11 @@ def test_each_sweep_takes_a_factor_off_the_error(name: str) -> None:
 @pytest.mark.parametrize(('log', 'spans'), [(0.05, 16), (4.0, 3)])
 def test_chunks_and_saved_states_have_the_same_bits(name: str, log: float, spans: int) -> None:
     machine, forcing = forced(CASES[name], log=log, duration=8.0)
-    wanted = moved(FreeEndThreads(machine, 1e-7, 3), forcing)
-    parts, engine = [], FreeEndThreads(machine, 1e-7, 3)
-    engine.release(_first(forcing, spans))
-    left = forcing
-    while left is not None:
-        chunk = _first(left, spans)
-        left = _part(left, spans) if len(left.begin) > spans else None
-        resumed = FreeEndThreads(machine, 1e-7, 3)
-        resumed.restore(engine.state())
-        engine = resumed
-        parts.append(engine.advance(chunk))
-    for said in ('angle', 'rate', 'torque', 'half_turns', 'fraction', 'phase_rate', 'beats'):
-        joined = np.concatenate([getattr(part, said) for part in parts])
-        np.testing.assert_array_equal(joined, getattr(wanted, said))
 
+    def make() -> Any:
+        return FreeEndThreads(machine, 1e-7, 3)
 
-def _first(forcing: Forcing, count: int) -> Forcing:
-    parts = {name: getattr(forcing, name) for name in SPANNED}
-    return Forcing(**{name: None if x is None else x[:count] for name, x in parts.items()})
+    assert_same_bits(moved_in_chunks(make, forcing, spans), moved(make(), forcing))
 
 
 @pytest.mark.parametrize(
@@ -150,9 +135,7 @@ def test_in_a_rough_sea_the_driver_takes_what_does_not_hold(case: Any, misses: b
     engine = FreeEndThreads(machine, None, 6)
     found, wanted = moved(engine, forcing), moved(RealThreads(machine), forcing)
     assert (engine.missed > 0) == misses
-    np.testing.assert_allclose(found.angle, wanted.angle, rtol=0.0, atol=1e-9)
-    np.testing.assert_array_equal(found.half_turns, wanted.half_turns)
-    np.testing.assert_array_equal(found.beats, wanted.beats)
+    assert_same_swing(found, wanted, 1e-9)
 
 
 def test_a_lever_of_brass_warms_as_with_the_driver() -> None:

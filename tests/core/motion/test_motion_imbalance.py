@@ -125,7 +125,7 @@ def test_the_wheel_moves_as_by_dop853(name, sea):
     assert np.ptp(angles(balanced)[1]) > 1.0
 
 
-def test_small_swings_gain_half_the_moment_over_that_of_the_thread():
+def test_small_swings_gain_half_the_relative_moment():
     """ω² = (P b + m d g cos φ₀)/I: 43,200 m d g/(P b) s/day to the first order."""
     for direction, sign in ((0.0, 1.0), (math.pi, -1.0)):
         imbalance = {'moment': 1e-7, 'direction': direction}

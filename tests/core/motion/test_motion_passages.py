@@ -208,7 +208,7 @@ def test_turns_and_beats_are_those_of_an_independent_integration(name, amplitude
 
 
 @pytest.mark.parametrize('drag', [{}, {'drag': TOO_SMALL_TO_MATTER}], ids=['exact', 'stepped'])
-def test_a_wheel_at_rest_that_the_roll_sets_in_motion_begins_at_phase_zero(drag):
+def test_a_wheel_started_by_the_roll_begins_at_phase_zero(drag):
     runs = []
     for phase in (0.3, 0.3 + math.pi):
         roll = [{'amplitude': 0.1, 'period': 9.0, 'phase': phase}]

@@ -276,7 +276,7 @@ def test_recoil_starts_a_wheel_released_in_the_middle():
     ('friction', 'recoil', 'remedy'),
     [(5e-3, 4e-3, 'give it a recoil above 0.005 N m'), (0.0, 0.0, 'other than 0 rad.')],
 )
-def test_without_enough_recoil_a_wheel_in_the_middle_rests_for_ever(friction, recoil, remedy):
+def test_a_wheel_in_the_middle_without_recoil_never_starts(friction, recoil, remedy):
     with pytest.raises(SceneError, match='at rest for ever') as caught:
         scene_of(
             trochlea={'release_angle': 0.0},

@@ -102,7 +102,7 @@ def test_whatever_the_train_a_remontoire_gives_the_same_bits():
     assert np.max(np.abs(plain - driven)) > 1e-3
 
 
-def test_a_remontoire_mends_what_a_cheek_makes_of_a_train_that_runs_down():
+def test_a_remontoire_isolates_a_cheek_from_a_declining_train():
     """A cheek turns swings that grow and fall into gains and losses; Euler's cam does not."""
 
     def shift(escapement: dict[str, Any], **more: Any) -> float:
@@ -130,7 +130,7 @@ def test_the_compiled_impulses_are_those_of_the_reference():
         np.testing.assert_allclose(found, angles(scene), rtol=0.0, atol=2e-11)
 
 
-def test_a_train_too_weak_to_rewind_is_refused_with_the_least_that_can():
+def test_a_train_too_weak_to_rewind_is_refused_with_the_least():
     small = {'kind': 'remontoire', 'remontoire': {'impulses': 5}}
     train = {'impulses': 12, 'fall': 0.5}
     with pytest.raises(SceneError, match=r'the clock stops there\. Use at least') as caught:
@@ -141,7 +141,7 @@ def test_a_train_too_weak_to_rewind_is_refused_with_the_least_that_can():
     clock({**small, 'train': {**train, 'energy': 1.0001 * least}})
 
 
-def test_impulses_that_weaken_do_not_go_with_a_weight_that_moves_its_thread():
+def test_a_swinging_thread_refuses_impulses_that_weaken():
     hanging = {
         'cam': {'kind': 'involute', 'base_radius': LEVER_RATE},
         'thread': {'kind': 'hanging', 'length': 0.5},

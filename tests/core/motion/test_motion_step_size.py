@@ -72,14 +72,14 @@ BUSY = {
 
 
 @pytest.mark.parametrize('drag', [{}, {'drag': {'viscous': 0.9 * OMEGA * INERTIA}}])
-def test_a_calm_swing_takes_sixteen_stages_and_steps_of_most_of_a_turn(drag):
+def test_a_calm_swing_takes_long_steps_of_sixteen_stages(drag):
     engine = Collocation(compile_machine(scene_of(trochlea=WEIGHT, **drag)), 1e-10)
     assert engine.order == 32
     assert 4.0 < engine.longest_step_s * OMEGA < 5.0
     assert [engine.steps_in(length_s) for length_s in (0.1, 0.6, 0.8, 2.0)] == [1, 1, 2, 3]
 
 
-def test_with_impulses_no_step_reaches_over_more_than_half_a_swing():
+def test_with_impulses_a_step_is_at_most_half_a_swing():
     """However loose the tolerance; and a piece of forcing need not fit the steps."""
     sections = {'escapement': {'energy': 1e-6}, 'drag': {'viscous': 1e-6}}
     machine = compile_machine(scene_of(trochlea=WEIGHT, **sections))
@@ -109,7 +109,7 @@ def stepped(engine, state, length_s, level):
 
 
 @pytest.mark.parametrize('name', MACHINES)
-def test_a_longest_step_errs_by_less_than_its_tolerance_at_every_phase(name):
+def test_a_longest_step_keeps_its_tolerance_at_every_phase(name):
     """One step against sixteen, whose error is 16^16 times smaller, from twelve phases of a swing.
 
     And it is no shorter than it must be: where steps are limited by it, the error of the worst
@@ -136,7 +136,7 @@ def test_a_longest_step_errs_by_less_than_its_tolerance_at_every_phase(name):
 
 
 @pytest.mark.parametrize('name', MACHINES)
-def test_steps_grow_with_the_tolerance_within_what_rotations_take(name):
+def test_steps_grow_with_the_tolerance_up_to_a_rotation(name):
     machine = machine_of(name)
     steps = [longest(name, tolerance) for tolerance in TOLERANCES]
     assert all(a >= b > 0.0 for a, b in pairwise(steps))

@@ -149,7 +149,7 @@ def test_energy_is_kept_for_ten_thousand_periods(h, stages):
 
 
 @pytest.mark.parametrize(('h', 'stages'), [(0.7, 8), (0.7, 16), (3.8, 16)])
-def test_without_disturbance_a_hundred_thousand_steps_are_one_rotation(h, stages):
+def test_undisturbed_steps_are_one_rotation(h, stages):
     """The state is rounded once, at the end: to half an ulp of 0.4 in each coordinate.
 
     3.8 s turn the second plane by 6.46 rad: as much as rotations take.

@@ -29,7 +29,7 @@ def laid_out(left, per_s, longest_s, ahead_s, level):
 @pytest.mark.parametrize('way', [1.0, -1.0])
 @pytest.mark.parametrize('reach', [-0.9, 0.0, 0.4])
 @pytest.mark.parametrize('phase', np.linspace(-3.0, 3.0, 13))
-def test_the_phase_to_an_angle_is_the_first_at_which_the_swing_rises_to_it(way, reach, phase):
+def test_the_phase_to_an_angle_is_of_its_first_rise(way, reach, phase):
     size = 1.1
     ahead = foretold(way, size * math.sin(phase), size * math.cos(phase), reach)
     assert 0.0 < ahead <= math.tau
@@ -54,7 +54,7 @@ def test_back_to_a_passage_errs_by_the_fourth_power(passed):
     assert 14.0 < errors[0] / errors[1] < 18.0
 
 
-def test_a_stretch_ends_at_the_event_or_with_the_span_and_its_steps_are_equal():
+def test_a_stretch_of_equal_steps_ends_at_the_event_or_span():
     assert laid_out(1.0, 0.5, 10.0, math.inf, 0) == (1.0, 1)
     assert laid_out(1.0, 0.5, 0.3, math.inf, 0) == (1.0, 7)
     assert laid_out(1.0, 0.5, 0.3, 0.5, 0) == (0.25, 2)

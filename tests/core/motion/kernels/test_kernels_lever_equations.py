@@ -65,7 +65,7 @@ def margin_of(lever: Any, held: TautLever, height: float) -> float:
     return _within(lever, held, height)
 
 
-def test_a_slack_lever_is_within_up_to_the_ends_of_its_arc_and_upright() -> None:
+def test_the_margin_of_a_slack_lever_ends_with_its_arc() -> None:
     """The margin falls to 0 at both ends, and a quarter turn above or below where it is held."""
     lever, _ = RealThreads(compile_machine(scene_of(trochlea=LEVER)))._model
     middle, half, root = lever.shape.full.middle, lever.shape.full.half_width, lever.root_j

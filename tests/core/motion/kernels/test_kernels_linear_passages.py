@@ -23,7 +23,7 @@ def bound(values, rates):
     )
 
 
-def test_a_sea_whose_shortest_wave_has_four_samples_keeps_within_the_bound():
+def test_a_sea_with_four_samples_a_wave_keeps_the_bound():
     """Ehlich and Zeller: 1/cos(π/4) = 1.414 at most, of a wave with peaks between them."""
     t = STEP_S * np.arange(SAMPLES)
     between = np.linspace(0.0, t[-1], 40 * SAMPLES)
@@ -55,7 +55,7 @@ def checked_bound(omega0, u, step_s):
 @pytest.mark.parametrize('samples', [2.0, 2.001, 2.05, 2.1, 2.3, 2.7, 3.0, 3.3, 3.6, 5.0])
 @pytest.mark.parametrize('step_s', [0.05, 0.5])
 @pytest.mark.parametrize('phase', [0.0, 0.3, 0.8, 1.2, 1.57, 2.5])
-def test_a_wave_keeps_within_the_checked_bound_down_to_two_samples(samples, phase, step_s):
+def test_a_wave_of_two_samples_keeps_the_checked_bound(samples, phase, step_s):
     """Ten samples are at hand, as of one window: rates show what values hide."""
     omega = 2.0 * math.pi / (samples * step_s)
 

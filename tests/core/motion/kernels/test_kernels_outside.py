@@ -70,7 +70,7 @@ def test_absent_channels_are_zero():
     assert not found(ForcingPieces(length, None, None, None), 1, 0.4, make_work(1, ()))[:7].any()
 
 
-def test_the_longest_polynomials_of_ship_motion_can_be_laid_out_and_longer_ones_are_refused():
+def test_polynomials_longer_than_of_ship_motion_are_refused():
     widths = [
         newton_basis(MAX_STRIDE, ROLL_BEFORE, slopes=True).shape[0],
         newton_basis(MAX_STRIDE, FORCE_BEFORE, slopes=False).shape[0],

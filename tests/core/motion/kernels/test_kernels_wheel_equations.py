@@ -110,7 +110,7 @@ def system_of(machine: Machine) -> Any:
 
 
 @pytest.mark.parametrize('name', WHEELS)
-def test_stages_and_instants_have_the_derivatives_of_the_printed_equation(name):
+def test_stages_and_instants_obey_the_printed_equation(name):
     machine = compile_machine(scene_of(**WHEELS[name]))
     wheel, omega = system_of(machine)
     assert (wheel.shape is not None) == (name in ON_ARC)
@@ -151,7 +151,7 @@ def test_stages_and_instants_have_the_derivatives_of_the_printed_equation(name):
 
 
 @pytest.mark.parametrize('name', WHEELS)
-def test_the_torque_that_holds_a_wheel_is_what_is_missing_to_its_rest_in_the_case(name):
+def test_the_holding_torque_keeps_a_wheel_at_rest_in_the_case(name):
     """With ϑ̇ = −τ̇ and θ̇ = 0, so that only the recoil drags, it lifts ϑ̈ to −τ̈."""
     machine = compile_machine(scene_of(**WHEELS[name]))
     wheel, _ = system_of(machine)
