@@ -73,7 +73,7 @@ VOLATILE = {
 
 
 def said(arguments: tuple[str, ...]) -> dict[str, Any]:
-    """Return what a command prints with --json, and its exit code."""
+    """Return the JSON that a command prints, and its exit code."""
     result = CliRunner().invoke(app, [*arguments, '--json'])
     lines = result.stdout.strip()
     return {'exit_code': result.exit_code, 'json': steady(json.loads(lines)) if lines else None}
@@ -89,7 +89,7 @@ def steady(value: Any) -> Any:
 
 
 def differences(new: Any, golden: Any, at: str = '') -> list[str]:
-    """Return where two values differ; numbers may by 1e-6, since processors round differently."""
+    """Return the differences of two values beyond 1e-6, since processors round differently."""
     if isinstance(new, dict) and isinstance(golden, dict):
         found = [f'{at}.{key}: only one has it' for key in new.keys() ^ golden.keys()]
         if not found and list(new) != list(golden):

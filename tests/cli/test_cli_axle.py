@@ -1,4 +1,4 @@
-"""`tauto axle`, and commands on a scene whose regulator is a body on an axle."""
+"""`tauto axle`, and commands on a scene with a body on an axle."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_lengths_are_those_of_the_paper() -> None:
 
 
 def test_friction_gives_the_length_that_experience_shows() -> None:
-    """§40: on a smooth plane k²/c; rolling (k² + (c − b)²)/c, about that of a knife-edge."""
+    """§40: on a smooth plane k²/c; rolling (k² + (c − b)²)/c, near the length on a knife-edge."""
     smooth = json.loads(run(*BODY, '--release-tilt', '0.1', '--json'))
     assert (smooth['h_m'], smooth['h_prime_m']) == (None, pytest.approx(0.15**2 / 0.3))
     rolling = json.loads(
@@ -98,7 +98,7 @@ def test_a_scene_in_which_the_body_falls_is_refused() -> None:
     assert 'falls from its support' in said
 
 
-def test_a_cradle_with_its_centre_of_gravity_above_that_of_the_rockers_tips() -> None:
+def test_a_cradle_with_a_high_centre_of_gravity_tips() -> None:
     """On a plane it falls like φ cosh t√(g c/k²) (§38, 49), at first."""
     body = '--support cradle --depth -0.1 --gyration-radius 0.3 --axle-radius 0.5'
     start = '--release-tilt 1e-4 --duration 0.5'

@@ -46,7 +46,7 @@ def commands() -> Iterator[tuple[str, Any, Any]]:
 @pytest.mark.parametrize(
     ('name', 'entry', 'built'), list(commands()), ids=[name for name, *_ in commands()]
 )
-def test_every_option_is_an_argument_and_every_argument_an_option(
+def test_options_are_arguments_and_arguments_are_options(
     name: str, entry: Any, built: Any
 ) -> None:
     if name in WITHOUT_CALL:

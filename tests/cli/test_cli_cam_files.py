@@ -95,7 +95,7 @@ def test_dxf_of_an_involute_against_its_equation(tmp_path):
 
 
 @pytest.mark.parametrize('name', ['measured', 'clock_own_cam_lever', 'globe_in_oil'])
-def test_a_drawing_fills_its_page_and_shrinks_to_800_pixels_legibly(name, tmp_path):
+def test_a_drawing_fills_its_page_and_is_legible_at_800_px(name, tmp_path):
     """No caption is wider than the cam, or 75 mm, and letters stay 9 pixels high in the README."""
     svg, dxf = tmp_path / 'cam.svg', tmp_path / 'cam.dxf'
     run('cam', name, '--svg', svg, '--dxf', dxf)
@@ -120,7 +120,7 @@ def test_thick_thread_runs_on_a_parallel_curve(scene, tmp_path):
     np.testing.assert_allclose(gaps, 0.4, rtol=5e-4)
 
 
-def test_thick_thread_on_an_involute_is_the_same_involute_begun_later():
+def test_thick_thread_on_an_involute_begins_it_later():
     cut = cheek(Involute(0.005), 50, 2.0, 0.5e-3)
     assert cut.angle[0] == pytest.approx(0.05, rel=1e-12)
     # involutes of one circle are parallel: shifted by half a thickness of arc
@@ -170,5 +170,5 @@ def test_a_corrected_cam_is_drawn_where_it_does_not_sweep_away(tmp_path):
     file, points = tmp_path / 'vertical.yaml', tmp_path / 'cam.csv'
     file.write_text(SCENE.replace('THREAD', 'vertical').replace('mass: 0.2', 'mass: 0.02'))
     run('cam', file, '--csv', points)
-    # up to t = λ = √(I/m), not to the edge, where the arm is a thousand times that
+    # up to t = λ = √(I/m), not to the edge with an arm a thousand times longer
     assert np.abs(rows(points)[:, :2]).max() < 10e3 * math.sqrt(4e-4 / 0.02)

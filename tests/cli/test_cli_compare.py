@@ -72,7 +72,7 @@ def table_text(result: Comparison) -> str:
 
 
 def test_json_is_one_object() -> None:
-    # the roll of a hull is her own; that of a ship of harmonics can be chosen
+    # the roll follows from a hull, but can be chosen for a ship of harmonics
     result = tauto(*CHEAP, '--ship-of', 'cheek_before_euler', '--roll', '0,20', '--json')
     assert result.exit_code == 0, result.stderr
     found = json.loads(result.stdout)
@@ -119,7 +119,7 @@ def test_a_short_run_has_no_column_of_prizes_and_says_why() -> None:
     assert 'six weeks' in ' '.join(text.split())
 
 
-def test_a_failure_is_told_once() -> None:
+def test_a_failure_is_reported_once() -> None:
     rows = [row('a', True, roll, **STOPPED) for roll in (10.0, 20.0)]
     told = failures(Comparison(60.0, 1.0, 1.0, [*rows, row('b', False, 10.0)]))
     assert told == ['a, hung: at t = 100000.000 s: the thread goes slack']
@@ -143,7 +143,7 @@ def test_the_figure_is_the_same_each_time(tmp_path: Path) -> None:
         assert first.lstrip().startswith(b'<?xml')
 
 
-def test_the_figure_shows_what_the_act_allows_only_where_it_judges() -> None:
+def test_the_figure_shows_the_limits_of_the_act_if_it_judges() -> None:
     unpaid = {'raw_prize_pounds': None, 'prize_pounds': None}
     for some, bands in ((row('a', False, 5.0), 1), (row('a', False, 5.0, **unpaid), 0)):
         figure = side_by_side(Comparison(172_800.0, 1800.0, 1.0, [some]))

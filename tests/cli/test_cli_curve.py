@@ -28,7 +28,7 @@ def outline_mm(path: Path) -> tuple[np.ndarray, np.ndarray]:
 
 def test_csv_of_the_involute_is_the_involute_of_its_base_circle(tmp_path: Path) -> None:
     # In polar form: at distance ρ the unrolled angle is sqrt(ρ²/r² − 1), r = 5 mm; the cheek
-    # begins where the thread hangs at rest, on the base circle.
+    # begins at the thread at rest, on the base circle.
     file = tmp_path / 'cam.csv'
     run('cam', 'involute_weight_at_sea', '--csv', file, '--reach', '1.5', '--points', '50')
     x, y = outline_mm(file)
@@ -44,7 +44,7 @@ def test_the_printed_rows_hold_the_lever_arm_in_millimetres() -> None:
     assert (angle, lever) == (1.0, 5.0)
 
 
-def test_isochronism_ends_at_the_nanosecond_and_json_has_all_digits() -> None:
+def test_isochronism_prints_nanoseconds_and_json_all_digits() -> None:
     asked = ('isochronism', 'cheek_before_euler', '--amplitudes', '0.2')
     nominal, _, row, left_out = run(*asked).splitlines()
     assert nominal == 'nominal period 0.999827348 s'

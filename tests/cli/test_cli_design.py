@@ -45,7 +45,7 @@ KEYS = {
 
 @pytest.mark.parametrize('is_base', [False, True])
 def test_a_disc_and_what_it_lacks(is_base):
-    """L = Q a²/(2 P r) (XXI), solved for each of its letters; a = r where the disc is the base."""
+    """L = Q a²/(2 P r) (XXI), solved for each letter; a = r if the disc is the base."""
     q, p, r, g = 3.0, 0.2, 0.01, 9.81
     a = r if is_base else 0.04
     length = q * a * a / (2 * p * r)

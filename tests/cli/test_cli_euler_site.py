@@ -1,4 +1,4 @@
-"""`tauto euler --site`: pages that need nothing else, at any width, by hand and by keyboard."""
+"""`tauto euler --site`: self-contained pages, at any width, by hand and by keyboard."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`tauto scene check`: what runs and why, what is left out, cost and accuracy."""
+"""`tauto scene check`: propagator, omissions, cost and accuracy."""
 
 from __future__ import annotations
 
@@ -72,7 +72,7 @@ def test_the_reason_names_what_decides(
         assert words in found['reason']
 
 
-def test_a_voyage_is_told_with_its_length_speed_and_landfalls(tmp_path: Path) -> None:
+def test_a_voyage_is_shown_with_length_speed_and_landfalls(tmp_path: Path) -> None:
     """Two degrees of the equator, 222 639.0 m, in 100 s; the landfall is half way."""
     assert facts(tmp_path)['voyage'] is None
     found = facts(
@@ -104,7 +104,7 @@ def test_a_wheel_that_creeps_home_is_tried_for_a_minute(tmp_path: Path) -> None:
     assert found['error_s'] is not None
 
 
-def test_steps_are_told_where_steps_are_taken(tmp_path: Path) -> None:
+def test_steps_are_shown_if_steps_are_taken(tmp_path: Path) -> None:
     assert facts(tmp_path)['expected']['steps_a_swing'] is None
     assert facts(tmp_path)['expected']['tolerance'] is None
     steps = []
@@ -123,7 +123,7 @@ def printed(found: dict[str, Any], columns: int) -> list[str]:
 
 
 @pytest.mark.parametrize('columns', [80, 160])
-def test_the_table_keeps_every_word_in_a_narrow_and_a_wide_terminal(columns: int) -> None:
+def test_the_table_keeps_every_word_at_any_width(columns: int) -> None:
     found = tauto.check('cheek_before_euler')
     lines = printed(found, columns)
     assert max(map(len, lines)) <= columns
@@ -154,7 +154,7 @@ def test_the_table_says_which_error_there_is(name: str, said: list[str]) -> None
         assert any(words in line for line in lines), words
 
 
-def test_the_table_says_what_was_extrapolated_and_what_cannot_be_predicted() -> None:
+def test_the_table_names_extrapolated_and_unknown_errors() -> None:
     found = tauto.check('ideal')
     found['expected'] |= {'error_s': 2.0, 'tried_s': 43_200.0}
     text = ' '.join(printed(found, 160))
@@ -186,7 +186,7 @@ def test_a_suspension_is_named_with_its_periods(tmp_path: Path) -> None:
     assert 'axle, any angles' in ' '.join(printed(large, 160))
 
 
-def test_the_swing_in_which_the_clock_settles_is_foretold(tmp_path: Path) -> None:
+def test_the_steady_swing_is_predicted(tmp_path: Path) -> None:
     """Friction c₀ and an impulse E in the middle: A = E/(2 c₀), on any cam."""
     free = facts(tmp_path)['steady_swing']
     assert (free['amplitude_rad'], free['time_constant_s']) == (TROCHLEA['release_angle'], None)
@@ -235,7 +235,7 @@ def test_a_case_in_resonance_with_the_wheel_is_warned_of(
         (963.9, 'about 964 times a day in the highest sea'),
     ],
 )
-def test_how_often_the_thread_is_expected_to_go_slack_is_told(
+def test_the_expected_number_of_slacks_is_shown(
     tmp_path: Path, times_a_day: float, said: str
 ) -> None:
     found = facts(tmp_path, VERTICAL, ship=ROLL)
@@ -244,7 +244,7 @@ def test_how_often_the_thread_is_expected_to_go_slack_is_told(
     assert said in ' '.join(' '.join(printed(found, 200)).split())
 
 
-def test_where_an_ideal_thread_is_fair_is_told(tmp_path: Path) -> None:
+def test_the_range_of_the_ideal_thread_is_shown(tmp_path: Path) -> None:
     assert facts(tmp_path)['thread'] is None
     found = facts(tmp_path, VERTICAL, ship=ROLL)
     # g/ω² = I/(m r) and g/Ω²
@@ -258,7 +258,7 @@ def test_where_an_ideal_thread_is_fair_is_told(tmp_path: Path) -> None:
     assert facts(tmp_path, VERTICAL)['thread']['fair_lengths_m'][1] is None
 
 
-def test_coefficients_are_told_with_where_they_are_from(tmp_path: Path) -> None:
+def test_coefficients_are_shown_with_their_source(tmp_path: Path) -> None:
     """The roll does not act on a force: the trials give 0, with the allowance for small waves."""
     drift = {
         'covariates': ['heave', 'roll'],
@@ -279,7 +279,7 @@ def test_coefficients_are_told_with_where_they_are_from(tmp_path: Path) -> None:
     assert '0 in waves of 13 s' in row
 
 
-def test_a_scene_is_told_that_its_rate_walks_more_than_the_navigator_expects(
+def test_a_rate_that_walks_more_than_expected_is_warned_of(
     tmp_path: Path,
 ) -> None:
     content = yaml.safe_load(scene_yaml(load_scene('hanging_thread_at_sea')))
@@ -303,7 +303,7 @@ def test_a_scene_is_told_that_its_rate_walks_more_than_the_navigator_expects(
         ('clock_second_cam_force', {}, False),
     ],
 )
-def test_a_weight_in_a_hung_case_is_told_that_its_rate_wanders(
+def test_a_weight_in_a_hung_case_is_warned_of_a_wandering_rate(
     scene: str, given: dict[str, float], *, wanders: bool
 ) -> None:
     """The force and the spring do not feel how the case swings."""
@@ -311,7 +311,7 @@ def test_a_weight_in_a_hung_case_is_told_that_its_rate_wanders(
     assert any('the swing of the case is undamped' in each for each in found) == wanders
 
 
-def test_a_machine_that_the_trial_sea_stops_is_told_and_not_refused(
+def test_a_machine_stopped_by_the_trial_sea_is_warned_of(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     def slack(*_: object) -> None:
@@ -322,7 +322,7 @@ def test_a_machine_that_the_trial_sea_stops_is_told_and_not_refused(
     assert 'could not be tried: the thread went slack' in warning
 
 
-def test_the_sea_that_decides_is_told() -> None:
+def test_the_decisive_sea_is_shown() -> None:
     found = tauto.check('portsmouth_jamaica', **{'ship.rate': 2.5})
     sea, wave_s = found['expected']['decided_by'], found['expected']['shortest_wave_s']
     assert sea['why'] in ('highest', 'met fastest')
@@ -331,7 +331,7 @@ def test_the_sea_that_decides_is_told() -> None:
     assert f'sampling waves down to {wave_s:.3g} s in the sea {sea["why"]}, {day}' in text
 
 
-def test_chaos_is_told_with_the_time_in_which_it_grows_and_how_far_it_can_be_bounded(
+def test_chaos_is_reported_with_growth_time_and_bound(
     tmp_path: Path,
 ) -> None:
     found = facts(tmp_path)
@@ -347,7 +347,7 @@ def test_chaos_is_told_with_the_time_in_which_it_grows_and_how_far_it_can_be_bou
     assert 'from sampling' not in text
 
 
-def test_trials_that_were_cut_are_told(tmp_path: Path) -> None:
+def test_trials_that_were_cut_are_reported(tmp_path: Path) -> None:
     found = facts(tmp_path, VERTICAL, ship=ROLL)
     found['expected'] |= {'was_cut': True, 'tried_s': 12.0}
     text = ' '.join(' '.join(printed(found, 200)).split())

@@ -99,7 +99,7 @@ def test_the_answer_comes_first_and_no_row_wraps(vary, tmp_path):
         ('trochlea.release_angle', ''),
     ],
 )
-def test_it_is_said_what_differs_between_ships_in_the_same_motion(vary, drawn, differ):
+def test_differences_of_ships_in_the_same_motion_are_named(vary, drawn, differ):
     """`measured` has recorded motion and a clock without noise."""
     vary.write_text(f'{drawn}: {{kind: uniform, low: 0.9, high: 1.1}}' if drawn else '{}')
     few = ('fleet', 'measured', '--ships', '2', '--duration', '60', '--jobs', '1')

@@ -1,4 +1,4 @@
-"""The commands on a scene whose regulator swings in a fluid."""
+"""The commands on a scene with a body in a fluid."""
 
 from __future__ import annotations
 

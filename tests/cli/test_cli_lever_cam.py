@@ -72,7 +72,7 @@ def test_cheeks_for_a_thick_thread_are_half_of_it_inwards(own_cam: str, tmp_path
         apart = np.hypot(*(centre[:, :2] - point[:2]).T)
         # between points 5e-3 mm apart the distance is off by their square over 8 e/2
         assert apart.min() == pytest.approx(0.4, abs=1e-4)
-        # near the tip the thread bends round the edge, so that many points are as near
+        # near the tip the thread bends round the edge: many points are as near
         if abs(point[2]) > 0.1:
             assert centre[apart.argmin(), 2] == pytest.approx(point[2], abs=2e-3)
     # inwards: the thread runs on the far side of both cheeks

@@ -1,4 +1,4 @@
-"""`tauto logbook`: what it lists, what it says is wrong, and the scene that it writes."""
+"""`tauto logbook`: its list, its refusals, and its scenes."""
 
 from __future__ import annotations
 
@@ -137,10 +137,8 @@ def test_a_last_entry_that_makes_no_landfall_is_told(tmp_path, longitude, note):
     assert note is None or told[0].startswith(note)
 
 
-def test_progress_grows_as_a_long_table_is_read_and_then_as_its_passages_are_made(
-    tmp_path, monkeypatch
-):
-    """20,020 rows, with what is doubtful."""
+def test_progress_grows_while_reading_and_making_passages(tmp_path, monkeypatch):
+    """20,020 rows, with doubts."""
     from tauto_core.ship import logbook
 
     path = tmp_path / 'cliwoc.tsv'

@@ -140,7 +140,7 @@ def test_the_template_is_to_scale_on_a4(tmp_path: Path) -> None:
     assert check.attrib['d'].endswith('h100')
     drawn = root.find(".//svg:path[@id='PLATE']", space)
     assert drawn is not None
-    # the width is that of the plate in the DXF, from the corners of the path
+    # the width comes from the plate in the DXF, from the corners of the path
     dxf = tmp_path / 'plate.dxf'
     run('cam', '--plate', 'ideal', '--dxf', dxf)
     (outline,) = readfile(dxf).modelspace().query('LWPOLYLINE[layer=="PLATE"]')
@@ -163,7 +163,7 @@ def test_the_template_is_to_scale_on_a4(tmp_path: Path) -> None:
         assert flag == str(int(bulge < 0.0))
 
 
-def test_a_plate_larger_than_the_paper_is_refused_before_anything_is_written(
+def test_a_plate_larger_than_the_paper_is_refused(
     tmp_path: Path,
 ) -> None:
     paper, dxf = tmp_path / 'paper.svg', tmp_path / 'plate.dxf'
@@ -224,7 +224,7 @@ def test_a_small_cam_is_also_drawn_enlarged_with_its_scale(tmp_path: Path) -> No
     assert 'enlarged' not in large.read_text('utf-8')
 
 
-def test_what_is_too_small_for_a_tool_is_said_with_the_pull_that_cures_it() -> None:
+def test_parts_too_small_for_a_tool_are_named_with_a_remedy() -> None:
     """A bore of half and pins of 0.3 cusps: a tool of 1 mm needs a cusp at 3.33 mm."""
     result = CliRunner().invoke(app, [*TOY])
     words = 'the cusp is 2 mm from the axle, and a tool of 1 mm makes no pin holes of 0.6 mm.'
@@ -247,7 +247,7 @@ def test_what_is_too_small_for_a_tool_is_said_with_the_pull_that_cures_it() -> N
 
 
 @pytest.mark.parametrize('thread', [2.0, 1.5, 1.35])
-def test_a_thread_too_thick_for_its_cusp_is_blamed_and_the_thinner_one_fits(thread: float) -> None:
+def test_a_thread_too_thick_for_its_cusp_is_refused(thread: float) -> None:
     result = CliRunner().invoke(app, [*TOY, '--thread', str(thread)])
     assert result.exit_code == 2
     said = re.match(

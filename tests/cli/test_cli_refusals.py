@@ -1,4 +1,4 @@
-"""What the commands refuse: key and value, the limit, the remedy, before anything is written.
+"""Refusals of commands: key and value, limit, remedy, before anything is written.
 
 Python calls say the same with the names of arguments (tests/core/test_api.py).
 """
@@ -253,7 +253,7 @@ def test_refusals_name_key_and_value_the_limit_and_a_remedy(
     run = CliRunner().invoke(app, command.split())
     assert run.exit_code == 2
     assert run.stdout == ''
-    said = run.stderr.splitlines()[-1]  # `cam` says before where it ends
+    said = run.stderr.splitlines()[-1]  # `cam` first says how far it draws
     what, limit, remedy = REFUSALS[command]
     assert said.startswith(f'tauto: {what}')
     assert 0 < said.find(limit) < said.rfind(remedy)

@@ -87,7 +87,7 @@ def test_what_cannot_be_given_is_refused_first(
 
 def test_observations_that_disagree_are_said_by_sail_and_replay(tmp_path: Path) -> None:
     scene = tmp_path / 'off.yaml'
-    # the dial gains a thousandth, 86 s/day, where 0.1 s/day was assumed
+    # the dial gains a thousandth, 86 s/day, instead of the assumed 0.1 s/day
     off = SCENE.replace('white_fm: 2.0', 'nominal_period: 0.888').replace('100.0}', '0.1}')
     scene.write_text(off, encoding='utf-8')
     sailed = tauto('sail', scene, '--out', tmp_path / 'bag')

@@ -1,4 +1,4 @@
-"""What is printed reaches any terminal: of another encoding, closed or full."""
+"""Output reaches any terminal: of another encoding, closed or full."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 NO_TEXT = os.fsdecode(b'b\xe4g')
-"""The name of a file that is Latin-1, where names are UTF-8."""
+"""A Latin-1 file name on a system with UTF-8 names."""
 
 
 def tauto(
@@ -82,9 +82,7 @@ def test_a_latin_1_terminal_has_the_signs_of_all_figures() -> None:
     ('character', 'printed'),
     [('⚓', '\\u2693'), ('é', '\\xe9'), ('𝄞', '\\U0001d11e'), ('−', '-'), ('σ', 'sigma')],
 )
-def test_what_a_terminal_lacks_is_printed_plainly_or_as_its_whole_escape(
-    character: str, printed: str
-) -> None:
+def test_missing_characters_are_replaced_or_escaped(character: str, printed: str) -> None:
     """Python's own escape (`ascii`) of a character without a plain form, and no sign less."""
     said = f'from tauto_core.cli.terminal import prepare_streams as p; p(); print({character!r})'
     run = subprocess.run(
@@ -111,7 +109,7 @@ def test_files_whose_names_are_no_text_serve_as_any_other(tmp_path: Path) -> Non
     assert 'tauto report' in Path(page).read_text(encoding='utf-8')
 
 
-def test_a_cache_that_cannot_be_kept_is_told_in_a_line(tmp_path: Path) -> None:
+def test_a_cache_that_cannot_be_written_is_reported_in_a_line(tmp_path: Path) -> None:
     (tmp_path / 'file').touch()
     told = tauto('sail', 'measured', '--duration', '10', TAUTO_CACHE_DIR=str(tmp_path / 'file'))
     assert told.returncode == 0

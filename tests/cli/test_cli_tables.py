@@ -70,7 +70,7 @@ def test_the_sentence_comes_first_and_names_the_sides() -> None:
     assert first == answer(RESULT)
 
 
-def test_a_side_is_named_once_and_nothing_is_called_a_side() -> None:
+def test_a_side_is_named_once_and_zero_has_none() -> None:
     same = {**RESULT['longitude'], 'error_nmi': 1234.0, 'sigma_nmi': 97.0}
     said = answer({'longitude': same})
     assert 'rated and corrected, 1,234 ± 97 nmi. That is beyond 60 nmi, worth nothing by' in said
@@ -81,7 +81,7 @@ def test_a_side_is_named_once_and_nothing_is_called_a_side() -> None:
     assert answer({'longitude': untried}).endswith('0.024 ± 0.095 nmi west.')
 
 
-def test_the_sentence_says_whose_the_sigma_is_and_where_his_model_does_not_hold() -> None:
+def test_the_answer_names_the_navigators_sigma_and_its_failure() -> None:
     longitude, assumes = RESULT['longitude'], 'the rate found in port to last'
     whose = f"The ± is the navigator's, who expects {assumes}."
     held = belief_of(longitude, assumes)
@@ -89,7 +89,7 @@ def test_the_sentence_says_whose_the_sigma_is_and_where_his_model_does_not_hold(
     assert answer({'longitude': longitude | held}).endswith(f'by the Act of 1714. {whose}')
     assert held['model_holds']
     assert held['error_sigmas'] == 0.02378 / 0.0951
-    # the landfall on the way refutes him, although the end, where he knows it, does not
+    # the landfall on the way refutes him, although the end does not
     madeira = {'at_s': 2_592_000.0, 'error_nmi': -695.45, 'sigma_nmi': 0.15}
     broken = belief_of({**longitude, 'landfalls': [madeira]}, assumes)
     assert not broken['model_holds']
@@ -154,7 +154,7 @@ def test_figures_are_signed_and_have_their_units_apart() -> None:
     assert said(RESULT).count('Signs: ') == 1
 
 
-def test_the_estimate_is_held_against_the_truth_that_its_row_names() -> None:
+def test_the_estimate_is_compared_with_the_truth_in_its_row() -> None:
     """The rate against the mean of the run; of the time since the filter was reopened, which is
     then shown, since the reader sees no other figure of it; with covariates of the voyage.
     """
@@ -180,7 +180,7 @@ def test_the_estimate_is_held_against_the_truth_that_its_row_names() -> None:
 
 
 def test_the_worst_error_names_the_time_in_which_it_is_the_worst() -> None:
-    """The clock is rated until she leaves port, and was further off before."""
+    """The clock is rated in port, and was further off before."""
     worst = {
         'worst_since_s': 300.0,
         'worst_error_nmi': 0.1209,
@@ -210,7 +210,7 @@ def test_a_trial_is_paid_at_each_landfall() -> None:
     }
 
 
-def test_a_voyage_too_short_for_a_trial_is_projected_and_not_paid() -> None:
+def test_a_voyage_too_short_for_the_act_is_projected() -> None:
     short = {
         **RESULT['longitude'],
         'prize_pounds': None,
@@ -241,7 +241,7 @@ def test_a_voyage_too_short_for_a_trial_is_projected_and_not_paid() -> None:
     assert max(map(len, figures)) < 70  # the sentence does not push them to the right
 
 
-def test_no_row_wraps_at_80_columns_and_the_place_of_the_bag_never_does() -> None:
+def test_no_row_wraps_at_80_columns_nor_the_path_of_the_bag() -> None:
     long = 'x' * 300
     wide = {
         **RESULT,

@@ -1,4 +1,4 @@
-"""`tauto fleet --logs`: the passages of a log-book, as text and as JSON; what is refused."""
+"""`tauto fleet --logs`: the passages of a log-book, as text and JSON, and refusals."""
 
 import json
 

@@ -133,7 +133,7 @@ def test_a_bag_replays_to_the_same_voyage(sailed: tauto.Voyage, tmp_path: Path) 
     ],
     ids=['replay', 'plot', 'report', 'command'],
 )
-def test_each_chunk_of_a_bag_is_decompressed_once_and_its_scene_decoded_once(
+def test_a_bag_is_decompressed_and_its_scene_decoded_once(
     sailed: tauto.Voyage,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
@@ -240,7 +240,7 @@ def test_a_key_in_a_section_is_named_by_its_path() -> None:
 
 
 def test_one_clock_with_two_values_is_compared() -> None:
-    """Each row is the voyage of its scene, with what is given for all."""
+    """Each row is the voyage of its scene with the common arguments."""
     clock = tauto.load('clock_cheek_weight')
     narrow = tauto.load(clock, name='narrow', trochlea__release_angle=0.5)
     given = {'duration': 600.0, 'escapement__energy': 1.3e-4}
@@ -317,7 +317,7 @@ def test_one_clock_with_two_values_is_compared() -> None:
         (lambda: tauto.cam('measured', **{'trochlea.cam.kind': 'round'}), 'trochlea.cam.kind'),
     ],
 )
-def test_wrong_arguments_get_the_errors_of_the_command_in_words_of_calls(call, words: str) -> None:
+def test_wrong_arguments_get_errors_in_words_of_calls(call, words: str) -> None:
     with pytest.raises(tauto.TautoError, match=words) as caught:
         call()
     assert '--' not in str(caught.value)
@@ -325,7 +325,7 @@ def test_wrong_arguments_get_the_errors_of_the_command_in_words_of_calls(call, w
 
 # Another section of a scene changes the answer of a command, or the answer names it. A fleet and
 # reports sail as `sail` does, and an involute is the same in any gravity. A trial sails the scene
-# of each passage; the commands of pictures print what they leave out.
+# of each passage; the commands of pictures print unused sections.
 _VARIED: dict[str, dict[str, Any]] = {
     'gravity': {'gravity': 9.7},
     'trochlea': {'trochlea__cam__base_radius': 5.1e-3},

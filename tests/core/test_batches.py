@@ -91,7 +91,7 @@ CORRECTED_LEVER = CorrectedLeverGeometry(
 
 
 def trochlea(cam, mass=0.0, stiffness=0.0):
-    """A machine whose weight or spring draws by the cam."""
+    """A machine with a weight or spring on the cam."""
     weighted = bool(mass)
     return Machine(
         INERTIA, mass, mass, 0.0 if weighted else PULL, stiffness, 9.81, cam, weighted, None, None,

@@ -1,4 +1,4 @@
-"""No result depends on memory that nobody has written: `np.empty` holds what was there before."""
+"""No result depends on uninitialised memory: `np.empty` keeps old content."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ def seen(phi_deg: float, delta_deg: float, hours_deg: list[float]) -> list[float
 
 
 def solved(phi: float, delta: float, hours: list[float], **more: Any) -> dict[str, Any]:
-    """Return the answer where the clock is right, began at 0, and the account is 2° off."""
+    """Return the answer if the clock is right and began at 0, and the account is 2° off."""
     times = [(each - hours[0]) / 360.0 * STAR for each in hours]
     given = {'altitudes_deg': seen(phi, delta, hours), 'times': times, 'latitude_deg': phi + 2.0}
     return tauto.altitudes(**given | more)
@@ -63,7 +63,7 @@ def test_the_lemma_of_1729_lacks_a_minus():
 
 
 @pytest.mark.parametrize('apart', [5.0, 30.0, 60.0])
-def test_a_rate_shifts_the_latitude_as_the_closed_form_of_altitudes_about_noon(apart):
+def test_a_rate_shifts_latitude_by_the_closed_form_about_noon(apart):
     """dφ = (a cot ½a)/(tan φ + tan δ) per turned angle: 2/(tan φ + tan δ) of near altitudes."""
     phi, delta, a = math.radians(48.0), math.radians(12.0), math.radians(apart)
     errors = solved(48.0, 12.0, [-apart, 0.0, apart])['errors']
@@ -89,7 +89,7 @@ def test_errors_are_the_changes_of_the_answer_itself():
                 raised[k - 1] += step / 60.0
                 ends.append(solved(*place, altitudes_deg=raised))
             else:
-                ends.append(solved(*place, rate=-step))  # what is not allowed for
+                ends.append(solved(*place, rate=-step))  # uncorrected
         for key, (of, size) in keys.items():
             assert errors[k][key] == pytest.approx(size * (ends[1][of] - ends[0][of]), rel=1e-4)
 

@@ -1,4 +1,4 @@
-"""What the code is called: one base everywhere, git where it is, a hash where bits matter."""
+"""Version: one base everywhere, the commit from git, and a hash of the code."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ PACKAGE = Path(tauto_core.__file__).parent
 
 
 class Checkout:
-    """A git repository that holds version.py where this one has it."""
+    """A git repository with version.py at the same path."""
 
     def __init__(self, root: Path) -> None:
         self.root, self.file = root, root / 'src/tauto_core/tauto_core/version.py'
@@ -88,7 +88,7 @@ def test_code_that_is_not_committed_is_dirty(checkout: Checkout) -> None:
 def test_only_the_repository_of_this_code_is_asked(
     checkout: Checkout, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A hook runs with GIT_DIR of its repository; an environment may lie within another one."""
+    """A hook runs with GIT_DIR of its repository; an environment may be within another one."""
     commit = checkout.commit()
     within = Checkout(tmp_path / 'environment')
     assert within.said() == v.BASE
@@ -104,7 +104,7 @@ def test_without_git_the_base_remains(checkout: Checkout, monkeypatch: pytest.Mo
 
 
 def test_an_editable_install_cannot_be_stale() -> None:
-    """The version comes from the sources, not from what was written when they were installed."""
+    """The version comes from the sources, not from installed metadata."""
     assert tauto_core.__version__ == v.version()
     assert v.version().partition('+')[0] == v.BASE
 

@@ -62,7 +62,7 @@ def test_a_bag_that_was_cut_short_has_its_own_length(measured):
 def test_the_estimate_is_held_against_dial_and_mean_rate(measured):
     _, report, _ = measured
     clock, drift = report['clock'], report['drift']
-    # two minutes: the mean rate is what the dial, set right at first, gained since
+    # two minutes: the mean rate is the gain of the dial, which was set right at first
     assert drift['offset_s'] - drift['offset_error_sigmas'] * drift['offset_sigma_s'] == (
         pytest.approx(clock['error_s'], rel=1e-12)
     )
@@ -73,7 +73,7 @@ def test_the_estimate_is_held_against_dial_and_mean_rate(measured):
     assert drift['rate_compared_from_s'] == 0.0
 
 
-def test_without_readings_or_with_one_there_is_no_truth_to_hold_the_rate_against(measured):
+def test_without_two_readings_there_is_no_true_rate(measured):
     scene, _, out = measured
     bag = read_bag(out)
     alone = Summary(scene)
@@ -225,7 +225,7 @@ def test_a_drag_that_no_step_resolves_is_advised_against_on_land(name):
 
 
 @pytest.mark.parametrize('name', ['ideal', 'sully_lever_at_sea', 'hanging_thread_at_sea'])
-def test_a_drag_in_which_the_wheel_creeps_is_refused_with_the_most_that_may_be(name):
+def test_an_overdamping_drag_is_refused_with_its_limit(name):
     with pytest.raises(SceneError, match='it creeps') as caught:
         check_scene(load_scene(name, **{'drag.viscous': 1e3}))
     assert caught.value.key == 'drag.viscous'
@@ -273,7 +273,7 @@ def test_a_dial_that_leaves_the_times_of_ros_is_refused(changes, key, said):
     assert caught.value.key == key
 
 
-def test_a_ship_whose_samples_cannot_be_integrated_ends_the_voyage():
+def test_samples_that_cannot_be_integrated_end_the_voyage():
     """A height of 1e308 m times the roll's acceleration overflows; a checked scene has less."""
     ship = {'kind': 'components', 'components': [{'amplitude': 1.5, 'period': 1.0}]}
     trochlea = load_scene('ideal').trochlea.model_dump()
@@ -381,7 +381,7 @@ def test_a_replay_needs_no_motion_to_know_what_the_motion_added(tmp_path):
 
 
 # -----------------------------------------------------------------------------
-# The kernels of a scene are compiled before it runs, where others wait for its messages.
+# Kernels are compiled before a scene runs if others wait for its messages.
 
 PROGRAM = """
 from tauto_core.kernels import listening

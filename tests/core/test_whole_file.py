@@ -1,4 +1,4 @@
-"""A file is written whole, or what was there before remains."""
+"""A file is written completely, or the old one remains."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def test_a_link_stays_a_link(tmp_path: Path) -> None:
     assert (tmp_path / 'link').is_symlink()
 
 
-def test_a_link_that_waits_under_the_name_of_a_draft_is_not_followed(tmp_path: Path) -> None:
+def test_a_link_with_the_name_of_a_draft_is_not_followed(tmp_path: Path) -> None:
     (tmp_path / 'theirs').write_text('theirs')
     (tmp_path / f'.{os.getpid()}.file').symlink_to('theirs')
     write_whole(tmp_path / 'file', b'ours')
@@ -114,7 +114,7 @@ def test_a_link_that_waits_under_the_name_of_a_draft_is_not_followed(tmp_path: P
     assert not (tmp_path / 'file').is_symlink()
 
 
-def test_a_file_is_on_the_disk_before_it_has_its_name_and_the_name_afterwards(
+def test_a_file_is_on_the_disk_before_its_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     done: list[object] = []
@@ -270,14 +270,14 @@ def test_a_place_for_no_file_is_refused_at_once(tmp_path: Path, place: str, said
 def test_a_folder_that_may_not_be_written_is_refused_at_once(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # the superuser may write to any folder, so none would do
+    # the superuser may write to any folder
     monkeypatch.setattr(os, 'access', lambda place, _mode: place != tmp_path)
     with pytest.raises(UsageError, match=r'out=.* cannot be written'):
         check_place(tmp_path / 'file', 'out')
 
 
 @pytest.mark.skipif(sys.platform != 'linux', reason='only Linux exchanges two names in one step')
-def test_two_folders_named_from_the_working_folder_change_places_in_one_step(
+def test_relative_folders_are_exchanged_in_one_step(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)

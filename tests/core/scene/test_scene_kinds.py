@@ -23,7 +23,7 @@ trochlea:
 """
 
 
-def test_the_reference_page_has_every_key_of_the_schema_that_editors_read() -> None:
+def test_reference_page_has_every_key_of_the_schema() -> None:
     found = scenes_page()
     assert 'Undefined' not in found
     for name, definition in schema()['$defs'].items():
@@ -69,7 +69,7 @@ def test_kinds_of_a_section_differ_in_their_key_and_their_rank() -> None:
 
 
 def test_what_a_scene_may_hold_loads_neither_scipy_nor_numba() -> None:
-    """All kinds are known to every scene; what few of them need is imported where it is used."""
+    """All kinds are known to every scene; special needs are imported when used."""
     program = (
         'import sys\n'
         'from tauto_core.scene import load_scene\n'
@@ -82,7 +82,7 @@ def test_what_a_scene_may_hold_loads_neither_scipy_nor_numba() -> None:
     assert said.stdout.strip() == '[]', said.stderr
 
 
-def test_an_escapement_that_does_not_say_its_kind_gives_plain_impulses() -> None:
+def test_an_escapement_without_kind_gives_plain_impulses() -> None:
     scene = parse_scene(f'duration: 10\n{TROCHLEA}escapement: {{energy: 1e-6}}', 's')
     assert scene.escapement is not None
     assert scene.escapement.kind == 'impulse'

@@ -55,7 +55,7 @@ def test_the_reference_scenes_are_there() -> None:
 
 
 def test_shipped_data_are_those_of_the_source() -> None:
-    """The checksum is that of the file as derived, in its README."""
+    """The README has the checksum of the derived file."""
     scene = load_scene('measured')
     assert scene.ship.kind == 'recorded'
     file = data_path(scene.ship.recorded.path)

@@ -1,4 +1,4 @@
-"""Keys of a scene by their paths: what is found, what is set, what other files still mean."""
+"""Keys of a scene by their paths: reading, setting, and data files."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def test_a_path_through_a_value_is_no_path(path: str) -> None:
         put_at({'seed': 1, 'list': [0]}, path, 2)
 
 
-def test_a_scene_with_one_value_changed_is_the_file_with_that_value(tmp_path: Path) -> None:
+def test_an_override_equals_a_changed_file(tmp_path: Path) -> None:
     text = Path(load_scene.__globals__['_SHIPPED'], 'involute_weight_at_sea.yaml').read_text()
     assert text.count('peak_period: 9.0') == 1
     file = tmp_path / 'involute_weight_at_sea.yaml'

@@ -1,4 +1,4 @@
-"""Warnings of values in the wrong unit, and refusals; shipped scenes give none."""
+"""Warnings of values in the wrong unit, and refusals. Built-in scenes cause no warning."""
 
 from __future__ import annotations
 
@@ -161,7 +161,7 @@ COMMANDS = [
 
 
 @pytest.mark.parametrize('command', COMMANDS, ids=lambda command: command[0])
-def test_every_command_that_sails_refuses_it_unless_told_to_sail_anyway(
+def test_every_sailing_command_refuses_it_without_anyway(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: tuple[str, ...]
 ) -> None:
     monkeypatch.chdir(tmp_path)

@@ -255,8 +255,8 @@ def test_refused(path: str, value: object, key: str, said: str) -> None:
 
 
 @pytest.mark.parametrize('ship', [{'kind': 'still'}, SEA], ids=lambda ship: ship['kind'])
-def test_of_a_log_interval_that_nothing_fits_only_the_interval_is_refused(ship: Any) -> None:
-    """Of 7 s, 600 and 60 s have no multiple; what is named as the remedy divides both."""
+def test_only_an_unfitting_log_interval_is_refused(ship: Any) -> None:
+    """7 s divides neither 600 nor 60 s. The interval in the remedy divides both."""
     asked = [('ship', ship), ('drift.observation_interval', 60.0)]
     for interval in (7.0, 0.13):
         error = refusal(*asked, ('log', {'interval': interval}))
@@ -290,7 +290,7 @@ def test_a_rhumb_line_half_round_the_globe_has_two_sides() -> None:
     assert 'to the east and to the west are equally long' in str(error)
 
 
-def test_a_scene_that_ends_in_port_is_refused_unless_it_is_cut_short(tmp_path: Path) -> None:
+def test_a_scene_that_ends_in_port_is_refused_unless_cut(tmp_path: Path) -> None:
     content = good() | {'ship': {'kind': 'still'}}
     content['voyage'] |= {'sails_at': 700.0, 'arrives_at': 900.0}
     file = tmp_path / 'port.yaml'

@@ -1,4 +1,4 @@
-"""The JSON schema is that of the models, and agrees with them about scenes."""
+"""The JSON schema follows from the models, and accepts the same scenes."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ def test_it_knows_places_files_and_the_usual_escapement() -> None:
     ],
 )
 def test_it_refuses_what_the_models_refuse(old: str, new: str) -> None:
-    """One key at a time; what lies between keys is for `tauto scene check`."""
+    """One key at a time. Relations between keys are tested by `tauto scene check`."""
     wrong = SEA.replace(old, new, 1)
     assert wrong != SEA
     with pytest.raises(SceneError):

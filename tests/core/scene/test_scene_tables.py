@@ -1,4 +1,4 @@
-"""Tables of numbers: what is read, and what is refused with its place, value and limit."""
+"""Tables of numbers: reading, and refusals with place, value and limit."""
 
 import math
 import os
@@ -34,7 +34,7 @@ def read(path: Path, text: str, *columns: Column, **keys) -> Columns:
     return read_table(str(path), columns or (TIME, HEAT), remedy='Give a table.', **keys)
 
 
-def test_columns_are_found_by_name_in_any_order_and_others_ignored(tmp_path):
+def test_columns_are_found_by_name_in_any_order(tmp_path):
     table = read(tmp_path / 'a.csv', '\ufeffair_degc, note ,time_s\n\n3,x,0\n  \n4.5,"y,z",2\n')
     np.testing.assert_array_equal(table['time_s'], [0.0, 2.0])
     np.testing.assert_array_equal(table['air_degc'], [3.0, 4.5])
@@ -108,7 +108,7 @@ def test_a_unit_that_is_not_known_is_refused():
         unit_factor('a.csv', 'roll_column', 'roll', ANGLE_UNITS)
 
 
-def test_pipes_devices_and_folders_are_refused_before_they_are_opened(tmp_path):
+def test_pipes_devices_and_folders_are_not_opened(tmp_path):
     os.mkfifo(tmp_path / 'pipe.csv')
     for path in (str(tmp_path / 'pipe.csv'), '/dev/zero', str(tmp_path)):
         with pytest.raises(SceneError, match=r'is not a regular file \(pipes, devices'):
@@ -144,8 +144,8 @@ def test_a_large_file_takes_little_more_memory_than_its_numbers(tmp_path):
 SECRET = 'root:$6$salt$hash:20228:0:99999:7:::\nsully:$6$pepper:20229::\n'
 
 
-def test_messages_repeat_nothing_of_a_file_that_was_named_by_mistake(tmp_path):
-    """Whoever names another file finds none of it in the report that he passes on."""
+def test_messages_do_not_quote_a_file_named_by_mistake(tmp_path):
+    """An error about another file, which may be passed on, quotes none of it."""
     file = tmp_path / 'shadow'
     file.write_text(SECRET)
     tries = [

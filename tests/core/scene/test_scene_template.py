@@ -33,7 +33,7 @@ SAILED = [
 
 
 def uncommented(text: str, key: str) -> str:
-    """Return a text in which a key, and what is below it, is no longer a comment."""
+    """Return a text with a key and the keys below it uncommented."""
     lines = text.split('\n')
     start = next(k for k, line in enumerate(lines) if line.strip().startswith(f'#{key}:'))
     edge = lines[start].index('#')
@@ -78,7 +78,7 @@ def test_it_sails_and_is_regulated_on_land(kinds: dict[str, str]) -> None:
     scene = parse_scene(new_scene('new', kinds), 'new')
     assert scene.clock.nominal_period is None
     voyage = tauto.sail(scene, duration=60.0)
-    # what the sea costs in a minute is less than a swing
+    # the sea changes the reading by less than a swing in a minute
     assert abs(voyage.clock_error_s[-1]) < 1.0
 
 
@@ -130,7 +130,7 @@ def test_no_line_is_wider_than_a_page() -> None:
         assert max(map(len, text.split('\n'))) < 100
 
 
-def test_kinds_that_do_not_go_together_are_refused_by_option_with_what_does() -> None:
+def test_incompatible_kinds_are_refused_with_compatible_ones() -> None:
     said = {
         ('cam', 'involute', 'thread', 'hole'): 'thread=vertical or lever or hanging',
         ('cam', 'weight_corrected', 'power', 'spring'): 'power=weight',
@@ -142,7 +142,7 @@ def test_kinds_that_do_not_go_together_are_refused_by_option_with_what_does() ->
             new_scene('new', {one: kind, other: of})
         assert str(caught.value).startswith(f'{one}={kind} and {other}={of}: do not go')
         assert remedy in str(caught.value)
-    # what is wrong is named, not what else was asked for
+    # only the incompatible kinds are named
     with pytest.raises(UsageError, match=r'^thread=hanging and power=force: do not'):
         new_scene('new', {'cam': 'involute', 'thread': 'hanging', 'power': 'force'})
 

@@ -125,7 +125,7 @@ def test_a_scene_in_words_is_the_scene_in_numbers() -> None:
     }.items():
         numbers = numbers.replace(word, number)
     assert scene_yaml(scene) == scene_yaml(parse_scene(numbers, 'numbers'))
-    # what a bag and --json have is the number
+    # bags and --json have the number
     assert 'base_radius: 0.005\n' in scene_yaml(scene)
 
 
@@ -177,7 +177,7 @@ def test_editors_take_a_scene_in_words() -> None:
 
 
 def test_every_number_in_brackets_is_a_unit_that_is_known() -> None:
-    """Each key whose meaning ends in a bracket takes a text; one is tried through the schema."""
+    """Each key with a unit in brackets takes a text. One is tried through the schema."""
     found = schema()['$defs'] | {'Scene': schema()}
     units = [
         (name, key)
@@ -190,7 +190,7 @@ def test_every_number_in_brackets_is_a_unit_that_is_known() -> None:
         for name, key in units
         if '"pattern"' not in json.dumps(found[name]['properties'][key])
     ]
-    # a list of places, of mappings, and mappings; what is in them is asked by itself
+    # lists of places and mappings: their items are tested by themselves
     lists = {'entries', 'waypoints', 'temperature', 'components', 'seas'}
     assert {key for _, key in silent} <= lists
     assert len(units) > 100
@@ -270,7 +270,7 @@ def test_python_and_the_command_line_take_the_same_units() -> None:
 
 
 def test_a_part_is_given_in_any_unit(tmp_path: Path) -> None:
-    """Without a unit --from and --to are minutes here, those of the axis."""
+    """Without a unit --from and --to are minutes here, as on the axis."""
     scene = ('involute_weight_at_sea', 'roll', '--duration', '5 min', '-o')
     drawn = [tmp_path / f'{name}.svg' for name in 'ab']
     for file, ends in zip(drawn, (('1', '3'), ('60 s', '0.05 h')), strict=True):

@@ -62,7 +62,7 @@ def states_of(*states: dict[str, Any], **keys: Any) -> dict[str, Any]:
     return {'kind': 'states', 'states': list(states), **keys}
 
 
-def test_a_standard_meteorological_file_is_read_and_its_gaps_are_bridged(tmp_path: Path) -> None:
+def test_a_meteorological_file_is_read_and_gaps_are_bridged(tmp_path: Path) -> None:
     weather = scene_of(record(tmp_path, NDBC, format='ndbc')).ship.weather
     assert weather.source == 'buoy.txt'
     assert weather.time == (0.0, 7200.0, 14_400.0)
@@ -124,7 +124,7 @@ NORTH = {'departure': [0.0, 0.0], 'arrival': [10.0, 0.0], 'sails_at': 0.0, 'arri
 LACKS_ONE = NDBC.replace('6.60 280', '6.60 999')
 
 
-def test_a_row_without_a_direction_is_left_out_where_the_route_is_followed(tmp_path: Path) -> None:
+def test_a_row_without_direction_is_left_out_on_a_route(tmp_path: Path) -> None:
     """Its neighbours keep their headings, and the missing one does not turn all waves abeam."""
     asked = record(tmp_path, LACKS_ONE, format='ndbc', follow_route=True)
     scene = scene_of(asked, voyage=NORTH)
@@ -136,13 +136,13 @@ def test_a_row_without_a_direction_is_left_out_where_the_route_is_followed(tmp_p
     assert [each for each in motion.warnings if '1 row of buoy.txt without a direction' in each]
 
 
-def test_the_gap_that_a_missing_direction_leaves_is_bridged_like_any_other(tmp_path: Path) -> None:
+def test_the_gap_of_a_missing_direction_is_bridged(tmp_path: Path) -> None:
     asked = record(tmp_path, LACKS_ONE, format='ndbc', follow_route=True, max_gap=14_399.0)
     said = refusal(asked, voyage=NORTH)
     assert 'line 8: comes 14400 s after the last row with waves and their direction' in said
 
 
-def test_a_record_begins_with_a_direction_where_the_route_is_followed(tmp_path: Path) -> None:
+def test_a_record_on_a_route_begins_with_a_direction(tmp_path: Path) -> None:
     text = NDBC.replace('6.50 270', '6.50 999')
     asked = record(tmp_path, text, format='ndbc', follow_route=True)
     assert scene_of(asked, voyage=NORTH).ship.weather.time == (0.0, 7200.0)

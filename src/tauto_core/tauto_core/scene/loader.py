@@ -27,7 +27,7 @@ from tauto_core.machines.axle_pendulum import AxleRegulator
 from tauto_core.machines.parts import DRAGS, ESCAPEMENTS, DragKind, EscapementKind
 from tauto_core.machines.sections import FluidTautochroneRegulator, Trochlea
 from tauto_core.scene.errors import ABSENT, Problem, SceneError, UsageError, problems_where
-from tauto_core.scene.refuse import NO_KEY, SECTIONS, GivenTimes, explain, out_of_proportion
+from tauto_core.scene.refuse import NO_KEY, SECTIONS, explain, out_of_proportion, time_problems
 from tauto_core.scene.sections import (
     ACCURACY,
     Clock,
@@ -252,18 +252,21 @@ class Scene(Section):
         """Yield all contradictions between the keys of valid sections."""
         yield from out_of_proportion(self.model_dump(include=set(SECTIONS)))
         yield from self._regulator_problems()
-        yield from GivenTimes(
+        lunars = self.drift.lunars
+        yield from time_problems(
             self.starts_at,
-            self.duration,
             self.log.interval,
-            self.drift.observation_interval,
-            None if self.drift.lunars is None else self.drift.lunars.interval,
+            {
+                'duration': self.duration,
+                'drift.observation_interval': self.drift.observation_interval,
+                **({} if lunars is None else {'drift.lunars.interval': lunars.interval}),
+            },
             self.ship.rate,
-            self.ship.shortest_wave_s,
-            self.lies_still,
-            self.step_ns,
-            self._lookahead,
-        ).problems()
+            shortest_wave_s=self.ship.shortest_wave_s,
+            step_ns=self.step_ns,
+            overrun=self._lookahead,
+            still=self.lies_still,
+        )
         yield from self.ship.problems()
         yield from self.drift.problems()
         yield from self._suspension_problems()
@@ -285,7 +288,7 @@ class Scene(Section):
                 'Give a number [m/s2], such as 9.80665, or write `voyage: …`.',
             ),
             (
-                self.voyage is None and self.drift.lunars is not None,
+                self.voyage is None and lunars is not None,
                 'drift.lunars',
                 ABSENT,
                 'needs a voyage: in port the time is known better',

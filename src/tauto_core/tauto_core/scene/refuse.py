@@ -6,7 +6,6 @@ import difflib
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from decimal import Decimal
 from functools import cache
 from itertools import chain, count, islice
@@ -16,7 +15,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
-from tauto_core.scene.errors import ABSENT, Problem
+from tauto_core.scene.errors import ABSENT, Problem, problems_where
 from tauto_core.scene.sections import KindIn
 from tauto_core.scene.times import (
     LAST_STAMP_S,
@@ -26,7 +25,7 @@ from tauto_core.scene.times import (
     exact_step,
     nanoseconds,
 )
-from tauto_core.scene.units import declared, has_unit, misfit
+from tauto_core.scene.units import NUMBER, declared, has_unit, misfit
 
 # -----------------------------------------------------------------------------
 # Pydantic's errors as problems in words of scenes.
@@ -137,25 +136,19 @@ def _misfit(value: str, field: FieldInfo | None) -> tuple[str, str] | None:
     return misfit(value, unit)
 
 
+_TYPES = {
+    bool: 'a truth value',
+    str: 'text',
+    type(None): 'empty',
+    dict: 'a mapping',
+    list: 'a list',
+}
+
+
 def _found(value: object) -> str:
-    if isinstance(value, bool):
-        return ', not a truth value'
-    if isinstance(value, str):
-        if _is_number(value):
-            return ', not text (leave out quotes around numbers)'
-        return ', not text'
-    if value is None:
-        return ', not empty'
-    names: tuple[tuple[type, str], ...] = ((dict, 'mapping'), (list, 'list'))
-    return next((f', not a {name}' for of, name in names if isinstance(value, of)), '')
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
+    text, is_number = _TYPES.get(type(value)), re.fullmatch(NUMBER, str(value).strip())
+    quoted = ' (leave out quotes around numbers)' if text == 'text' and is_number else ''
+    return f', not {text}{quoted}' if text else ''
 
 
 def _give(key: str, field: FieldInfo | None) -> str:
@@ -352,120 +345,92 @@ def _numbers(path: str, content: object) -> Iterator[tuple[str, float]]:
 _MOST_TRIED = 100_000
 
 
-@dataclass(frozen=True)
-class GivenTimes:
-    """The times of a scene.
+def time_problems(
+    starts_at: float,
+    interval: float,
+    lengths: Mapping[str, float],
+    rate: float,
+    *,
+    shortest_wave_s: float,
+    step_ns: int,
+    overrun: int,
+    still: bool,
+) -> Iterator[Problem]:
+    """Yield the problems of the times of a scene.
 
-    Attributes:
+    Args:
         starts_at: stamp of the first sample [s].
-        duration: length of the scene [s].
-        log_interval: time between logged samples [s].
-        observation_interval: time between observations in port [s].
-        lunar_interval: time between lunar distances, if any [s].
+        interval: time between logged samples [s].
+        lengths: duration and other times by their keys, which the interval must divide [s].
         rate: sampling rate of the ship's motion [Hz].
         shortest_wave_s: shortest period of the given waves [s], inf without waves.
-        still: whether the forcing is constant, and the rate unused.
         step_ns: time between samples of the ship's motion [ns].
         overrun: number of steps beyond the end.
+        still: whether the forcing is constant, and the rate unused.
     """
-
-    starts_at: float
-    duration: float
-    log_interval: float
-    observation_interval: float
-    lunar_interval: float | None
-    rate: float
-    shortest_wave_s: float
-    still: bool
-    step_ns: int
-    overrun: int
-
-    def problems(self) -> Iterator[Problem]:
-        """Yield their problems."""
-        grid = list(_whole_nanoseconds(self))
-        yield from grid
-        if grid:
-            return
-        yield from _log_grid(self)
-        beyond_ns = self.overrun * self.step_ns
-        end_ns = nanoseconds(self.starts_at) + nanoseconds(self.duration) + beyond_ns
-        if end_ns > LAST_STAMP_S * 10**9:
-            yield Problem(
-                'duration',
-                self.duration,
-                f'with {self.overrun} steps beyond the end the last stamp is '
-                f'{Decimal(end_ns) / 10**9:.12g} s; ROS stamps end at {LAST_STAMP_S} s',
-                'Shorten it, or let starts_at be earlier.',
-            )
-
-
-def _whole_nanoseconds(times: GivenTimes) -> Iterator[Problem]:
-    values = {
-        'starts_at': times.starts_at,
-        'duration': times.duration,
-        'log.interval': times.log_interval,
-        'drift.observation_interval': times.observation_interval,
-        **_of_lunars(times),
-    }
-    for key, value in values.items():
-        if exact_nanoseconds(value).denominator != 1:
-            yield Problem(
-                key,
-                value,
-                'is not a whole number of nanoseconds',
-                'Round it to nine decimals.',
-            )
-    if times.still:
+    times = {'starts_at': starts_at, 'log.interval': interval, **lengths}
+    problems = [
+        Problem(key, value, 'is not a whole number of nanoseconds', 'Round it to nine decimals.')
+        for key, value in times.items()
+        if exact_nanoseconds(value).denominator != 1
+    ]
+    if not still:
+        problems += _rate_problems(rate, interval, shortest_wave_s)
+    if problems:
+        yield from problems
         return
-    step = exact_step(times.rate)
-    if step.denominator != 1 or step < 1:
+    yield from _log_grid(interval, lengths, 1 if still else step_ns, rate)
+    end_ns = nanoseconds(starts_at) + nanoseconds(lengths['duration']) + overrun * step_ns
+    if end_ns > LAST_STAMP_S * 10**9:
         yield Problem(
-            'ship.rate',
-            times.rate,
-            f'makes steps of {float(step):.12g} ns, which must be whole nanoseconds',
-            f'Use a rate that divides 1e9, for example {_near_rate(times)} Hz.',
+            'duration',
+            lengths['duration'],
+            f'with {overrun} steps beyond the end the last stamp is '
+            f'{Decimal(end_ns) / 10**9:.12g} s; ROS stamps end at {LAST_STAMP_S} s',
+            'Shorten it, or let starts_at be earlier.',
         )
-    elif step > MAX_GAP_S * NS_PER_S:
-        two_a_wave_hz = 2.0 / times.shortest_wave_s
-        works = f'{1.0 / MAX_GAP_S!r} Hz or more'
-        if two_a_wave_hz >= 1.0 / MAX_GAP_S:
-            wave = f'a wave of {times.shortest_wave_s!r} s'
-            works = f'more than {two_a_wave_hz:.6g} Hz, two samples in {wave}'
-        yield Problem(
+
+
+def _rate_problems(rate: float, interval: float, shortest_wave_s: float) -> Iterator[Problem]:
+    """Return the problem of a sampling rate: its steps are too long, or not whole nanoseconds."""
+    step, least_hz = exact_step(rate), 2.0 / shortest_wave_s
+    common = (1.0, 2.0, 4.0, 5.0, 8.0, 10.0, 12.5, 16.0, 20.0, 25.0, 32.0, 40.0, 50.0)
+    fast = (64.0, 80.0, 100.0, 125.0, 128.0, 160.0, 200.0, 250.0, 400.0, 500.0, 1000.0)
+    enough = [hz for hz in (*common, *fast) if hz > least_hz] or [fast[-1]]
+    fitting = [hz for hz in enough if nanoseconds(interval) % exact_step(hz) == 0]
+    near = min(fitting or enough, key=lambda hz: abs(math.log(hz / rate)))
+    works = f'{1.0 / MAX_GAP_S!r} Hz or more'
+    if least_hz >= 1.0 / MAX_GAP_S:
+        works = f'more than {least_hz:.6g} Hz, two samples in a wave of {shortest_wave_s!r} s'
+    return problems_where(
+        (
+            step.denominator != 1 or step < 1,
             'ship.rate',
-            times.rate,
+            rate,
+            f'makes steps of {float(step):.12g} ns, which must be whole nanoseconds',
+            f'Use a rate that divides 1e9, for example {near} Hz.',
+        ),
+        (
+            step.denominator == 1 and step > MAX_GAP_S * NS_PER_S,
+            'ship.rate',
+            rate,
             f'leaves {float(step) / NS_PER_S:.6g} s between samples of the motion; at most '
             f'{MAX_GAP_S:g} s are interpolated',
             f'Use {works}.',
-        )
+        ),
+    )
 
 
-def _near_rate(times: GivenTimes) -> float:
-    """Return the nearest common sampling rate, if possible with steps that divide the log."""
-    common = (1.0, 2.0, 4.0, 5.0, 8.0, 10.0, 12.5, 16.0, 20.0, 25.0, 32.0, 40.0, 50.0)
-    fast = (64.0, 80.0, 100.0, 125.0, 128.0, 160.0, 200.0, 250.0, 400.0, 500.0, 1000.0)
-    least_hz, log_ns = 2.0 / times.shortest_wave_s, nanoseconds(times.log_interval)
-    enough = [rate for rate in (*common, *fast) if rate > least_hz] or [fast[-1]]
-    fitting = [rate for rate in enough if log_ns % exact_step(rate) == 0]
-    return min(fitting or enough, key=lambda rate: abs(math.log(rate / times.rate)))
-
-
-def _log_grid(times: GivenTimes) -> Iterator[Problem]:
+def _log_grid(
+    interval: float, lengths: Mapping[str, float], step_ns: int, rate: float
+) -> Iterator[Problem]:
     """Yield the times that are not multiples of log.interval, or the interval if all are not."""
-    interval, step_ns = times.log_interval, 1 if times.still else times.step_ns
     interval_ns = nanoseconds(interval)
-    lengths = {
-        'duration': times.duration,
-        'drift.observation_interval': times.observation_interval,
-        **_of_lunars(times),
-    }
     odd = {key: value for key, value in lengths.items() if nanoseconds(value) % interval_ns}
     off_steps = interval_ns % step_ns
     # lengths in whole seconds fit the default log interval
     if off_steps or (odd == lengths and all(size.is_integer() for size in lengths.values())):
-        text = (
-            f'is not a whole number of steps of {_digits(step_ns)} s (ship.rate {times.rate!r} Hz)'
-        )
+        text = f'is not a whole number of steps of {_digits(step_ns)} s (ship.rate {rate!r} Hz)'
         words = ', nor '.join(f'{key}, {value!r} s' for key, value in lengths.items())
         yield Problem(
             'log.interval',
@@ -496,11 +461,6 @@ def _fitting(interval_ns: int, step_ns: int, lengths_ns: Iterable[int]) -> str:
     ]
     values = dict.fromkeys(_digits(n * step_ns) for n in divisors if n)
     return ' or '.join(values) + ' s' if values else _multiple(interval_ns, step_ns)
-
-
-def _of_lunars(times: GivenTimes) -> dict[str, float]:
-    lunars = times.lunar_interval
-    return {} if lunars is None else {'drift.lunars.interval': lunars}
 
 
 def _multiple(value_ns: int, grid_ns: int) -> str:
