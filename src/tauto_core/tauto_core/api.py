@@ -22,7 +22,7 @@ from tauto_core.scene.times import STANDARD_GRAVITY
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from tauto_core.bags import Recovered, Soundness
+    from tauto_core.bags import BagReport, Recovered
     from tauto_core.ensembles.answers import TrialAnswers
     from tauto_core.ensembles.budget import Budget
     from tauto_core.ensembles.comparison import Comparison
@@ -888,7 +888,7 @@ def new_scene(
     )
 
 
-def check_bag(bag: File) -> Soundness:
+def check_bag(bag: File) -> BagReport:
     """Read all of a bag and report its faults.
 
     The check covers the ends of its files, checksums, indices, metadata.yaml, payloads, the order

@@ -14,7 +14,7 @@ from warnings import warn
 
 import numpy as np
 
-from tauto_core.checks.readiness import check_known, check_scene, oddities
+from tauto_core.checks.readiness import check_known, check_scene, plausibility_warnings
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.kernels import optimised
 from tauto_core.machines import AnyMachine, InPlaceOfWheel
@@ -615,7 +615,7 @@ def sail(
                 parts.append(logged)
             if progress is not None:
                 progress(source.produced / source.total)
-    odd = oddities(scene, machine)
+    odd = plausibility_warnings(scene, machine)
     warnings = [*odd, *source.warnings, *drift_warnings(stages.health(), scene)]
     reached = None
     if judge and scene.accuracy is not None:

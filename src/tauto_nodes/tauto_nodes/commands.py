@@ -71,7 +71,7 @@ def graph(
     from rich.table import Table
 
     from tauto_core.cli.tables import voyage_table
-    from tauto_core.cli.terminal import progress_bar, say_oddities
+    from tauto_core.cli.terminal import progress_bar, say_plausibility
     from tauto_core.scene.errors import naming
     from tauto_core.voyage import compile_kernels, summarise_bag
     from tauto_nodes.simulation.supervisor import GraphPlan, run_graph
@@ -86,7 +86,7 @@ def graph(
             'max'
         )
     loaded = api.load(scene, duration=duration, accuracy=accuracy, **given_values(settings))
-    say_oddities(loaded, scene, anyway=anyway)
+    say_plausibility(loaded, scene, anyway=anyway)
     with naming(scene, loaded.name):
         check_scene(loaded)
     folder = out or Path('bags/out') / Path(scene).stem

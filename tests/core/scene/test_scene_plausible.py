@@ -14,7 +14,7 @@ import yaml
 from typer.testing import CliRunner
 
 import tauto_core as tauto
-from tauto_core.checks.readiness import check_known, implausible, oddities
+from tauto_core.checks.readiness import check_known, implausible, plausibility_warnings
 from tauto_core.cli.app import app
 from tauto_core.ensembles.fleets import Plan, as_draws
 from tauto_core.scene import Scene, load_scene, scene_yaml, shipped_scenes
@@ -64,7 +64,7 @@ SLIPS = [
 def test_nothing_that_ships_is_doubted(name: str) -> None:
     scene = load_scene(name)
     check_known(scene)
-    assert oddities(scene) == []
+    assert plausibility_warnings(scene) == []
 
 
 @pytest.mark.parametrize(('name', 'key', 'value', 'limit', 'slip', 'meant'), SLIPS)
@@ -79,7 +79,7 @@ def test_a_slip_of_the_unit_names_key_value_limit_and_remedy(
 
 def test_times_of_a_voyage_in_days_are_doubted() -> None:
     way = {'departure': [50.8, -1.1], 'arrival': [17.9, -76.8], 'sails_at': 14, 'arrives_at': 95}
-    [said] = oddities(load_scene('ideal', voyage=copy.deepcopy(way)))
+    [said] = plausibility_warnings(load_scene('ideal', voyage=copy.deepcopy(way)))
     assert said.startswith('voyage.arrives_at = 95: makes the ship sail at ')
     assert 'write arrives_at: 8.208e+06' in said
 
@@ -139,7 +139,7 @@ def test_drag_in_which_no_wheel_swings_is_refused() -> None:
     check_known(load_scene('ideal', **{'drag.viscous': 5.02e-3}))
     with pytest.raises(SceneError, match=r'drag\.viscous = 0\.00504: keeps the wheel from sw'):
         check_known(load_scene('ideal', **{'drag.viscous': 5.04e-3}))
-    [said] = oddities(load_scene('ideal', **{'drag.viscous': 5.04e-3}))
+    [said] = plausibility_warnings(load_scene('ideal', **{'drag.viscous': 5.04e-3}))
     assert said.endswith('Use a hundredth of that, 5.03e-05 N m s, or less.')
 
 

@@ -8,7 +8,7 @@ from itertools import product
 import pytest
 
 import tauto_core as tauto
-from tauto_core.checks.readiness import check_scene, implausible, oddities
+from tauto_core.checks.readiness import check_scene, implausible, plausibility_warnings
 from tauto_core.machines import compile_trochlea
 from tauto_core.scene import SceneError, parse_scene
 from tauto_core.scene.errors import UsageError
@@ -87,7 +87,7 @@ def test_every_ship_can_be_asked_for(ship: str) -> None:
     scene = parse_scene(new_scene('new', {'ship': ship}), 'new')
     assert scene.ship.kind == ship
     check_scene(scene)
-    assert not oddities(scene)
+    assert not plausibility_warnings(scene)
 
 
 def test_every_key_of_every_kind_is_there_with_its_meaning() -> None:

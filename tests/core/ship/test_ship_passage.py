@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from geographiclib.geodesic import Geodesic
 
-from tauto_core.checks.readiness import check_scene, oddities
+from tauto_core.checks.readiness import check_scene, plausibility_warnings
 from tauto_core.scene import load_scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import SceneError
 from tauto_core.ship import Observations, Passage, schedule
@@ -221,5 +221,5 @@ def test_times_that_no_ship_keeps_are_refused_by_key(changes, key, what):
 
 def test_a_leg_faster_than_any_ship_is_warned_of_by_its_own_time():
     waypoints = [{'place': MADEIRA, 'at': 1.2 * DAY}]
-    said = oddities(scene_of(10.0 * DAY, **(TIMED | {'waypoints': waypoints})))
+    said = plausibility_warnings(scene_of(10.0 * DAY, **(TIMED | {'waypoints': waypoints})))
     assert any('voyage.waypoints[0].at' in each for each in said)

@@ -12,15 +12,15 @@ from tauto_core.bags.write import BagWriter, check_folder
 from tauto_core.first_use import loaded_from
 
 if TYPE_CHECKING:
-    from tauto_core.bags.check import Recovered, Soundness, check_bag, recover_bag
+    from tauto_core.bags.check import BagReport, Recovered, check_bag, recover_bag
 
 __all__ = [
     'TOPICS',
     'Bag',
+    'BagReport',
     'BagWriter',
     'Message',
     'Recovered',
-    'Soundness',
     'Topic',
     'check_bag',
     'check_folder',
@@ -33,6 +33,6 @@ __all__ = [
     'recover_bag',
 ]
 
-_OF_THE_CHECK = ('Recovered', 'Soundness', 'check_bag', 'recover_bag')
+_OF_THE_CHECK = ('Recovered', 'BagReport', 'check_bag', 'recover_bag')
 
 __getattr__ = loaded_from(__name__, dict.fromkeys(_OF_THE_CHECK, 'check'))

@@ -44,7 +44,7 @@ last [ns], and whether they were kept with a wrong checksum; the others are lost
 
 
 @dataclass
-class Soundness:
+class BagReport:
     """The findings about a bag.
 
     `damage` can be repaired by `recover`: ends, chunks, indices, metadata. `faults` are in the
@@ -119,7 +119,7 @@ def joined(holes: list[Hole]) -> list[Hole]:
     return holes
 
 
-def check_bag(path: Path, *, keep_corrupt: bool = False) -> Soundness:
+def check_bag(path: Path, *, keep_corrupt: bool = False) -> BagReport:
     """Read all of a bag and return its faults.
 
     With `keep_corrupt` the messages of a chunk with a wrong checksum are read as well. Nothing
@@ -134,7 +134,7 @@ def check_bag(path: Path, *, keep_corrupt: bool = False) -> Soundness:
     return report
 
 
-def survey(path: Path, *, keep_corrupt: bool = False) -> Soundness:
+def survey(path: Path, *, keep_corrupt: bool = False) -> BagReport:
     """Read all files of a bag, whatever its indices and metadata say; note damage on the way."""
     damage: list[str] = []
     refusals: list[BagError] = []
@@ -155,7 +155,7 @@ def survey(path: Path, *, keep_corrupt: bool = False) -> Soundness:
             refusals.append(error)
     if not files:
         raise refusals[0]
-    report = Soundness(Bag(path, tuple(files), None))
+    report = BagReport(Bag(path, tuple(files), None))
     report.damage = [*damage, *map(str, refusals)]
     report.custom = _custom(path, files)
     for walked in files:
@@ -193,7 +193,7 @@ def _information_beside(metadata: Path) -> dict[str, Any]:
     return _mapping(read_yaml(text, any_key=True), 'rosbag2_bagfile_information')
 
 
-def _check_file(report: Soundness, walked: McapFile) -> None:
+def _check_file(report: BagReport, walked: McapFile) -> None:
     """Compare a file's index with its content, and let the mcap library read it."""
     from mcap.exceptions import McapError
     from mcap.stream_reader import StreamReader
@@ -268,7 +268,7 @@ def _wrong_entries(stream: BinaryIO, walked: McapFile, opened: McapFile) -> Iter
             yield len(entries ^ places.get(channel, set()))
 
 
-def _check_metadata(report: Soundness) -> None:
+def _check_metadata(report: BagReport) -> None:
     """Compare metadata.yaml with the files."""
     path = report.bag.path / METADATA
     if not path.is_file():
@@ -335,7 +335,7 @@ class _Reading:
         self.payloads, self.stamps_ns = [], []
 
 
-def _check_content(report: Soundness) -> None:
+def _check_content(report: BagReport) -> None:
     bag = report.bag
     topics = {
         topic: _Reading(f'{bag.path}: {topic}', ros_type) for topic, ros_type in bag.topics.items()
@@ -372,7 +372,7 @@ def _check_content(report: Soundness) -> None:
     _check_scene(report)
 
 
-def _check_scene(report: Soundness) -> None:
+def _check_scene(report: BagReport) -> None:
     """Note where the scene is not the first message."""
     bag = report.bag
     scenes = [topic for topic in bag.topics if f'/{topic.lstrip("/")}'.endswith(f'/{SCENE}')]

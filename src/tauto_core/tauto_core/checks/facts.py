@@ -18,7 +18,7 @@ from tauto_core.checks.cost import (
     scene_waves,
     tolerance,
 )
-from tauto_core.checks.readiness import check_scene, oddities
+from tauto_core.checks.readiness import check_scene, plausibility_warnings
 from tauto_core.clockwork.trochlea import at_departure, nominal_period_s
 from tauto_core.machines import (
     AnyMachine,
@@ -637,7 +637,7 @@ def scene_facts(scene: Scene, progress: Callable[[float], None] | None = None) -
     """
     machine, motion = check_scene(scene)
     warnings = [
-        *oddities(scene, machine),
+        *plausibility_warnings(scene, machine),
         *motion.warnings,
         *resonances(scene, machine),
         *_wandering(scene, machine),

@@ -275,7 +275,9 @@ def _overdamped(scene: Scene) -> list[Problem]:
     return [Problem('drag.viscous', scene.drag.viscous, problem, remedy)]
 
 
-def oddities(scene: Scene, machine: AnyMachine | InPlaceOfWheel | None = None) -> list[str]:
+def plausibility_warnings(
+    scene: Scene, machine: AnyMachine | InPlaceOfWheel | None = None
+) -> list[str]:
     """Return warnings about a scene that can run: possible values that are probably mistakes.
 
     `machine` is the scene's, if it has been built.

@@ -31,7 +31,7 @@ from tauto_core.cli.terminal import (
     print_rich,
     progress_bar,
     say,
-    say_oddities,
+    say_plausibility,
 )
 from tauto_core.scene.errors import Argument, UsageError, naming
 
@@ -158,7 +158,7 @@ class Command:
         loaded = api.load(source, **{key: given.pop(key) for key in of_scene})
         given['scene'] = loaded
         stack.enter_context(naming(source, loaded.name))
-        return say_oddities(loaded, source, anyway=given['anyway'])
+        return say_plausibility(loaded, source, anyway=given['anyway'])
 
     def _run(self, given: dict[str, Any]) -> Any:
         """Run the only call, with a progress bar if possible."""

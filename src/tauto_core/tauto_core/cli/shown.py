@@ -19,7 +19,7 @@ from tauto_core.scene.errors import spelled
 from tauto_core.wording import counted, left_out, place, printed, significant
 
 if TYPE_CHECKING:
-    from tauto_core.bags import Recovered, Soundness
+    from tauto_core.bags import BagReport, Recovered
     from tauto_core.cli.calls import Said
     from tauto_core.ensembles.answers import TrialAnswers
     from tauto_core.ensembles.budget import Budget
@@ -273,7 +273,7 @@ def fleet(found: Fleet | TrialAnswers, as_json: bool, given: Given) -> Said:
     return [found.answers.answer, *fleet_tables(found.answers), *failed]
 
 
-def soundness(found: Soundness, as_json: bool, given: Given) -> Said:
+def soundness(found: BagReport, as_json: bool, given: Given) -> Said:
     """Return the faults of a bag."""
     notes, counts = [spelled(note, option) for note in found.notes], found.bag.counts
     if as_json:

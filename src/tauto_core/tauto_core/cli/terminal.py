@@ -110,18 +110,18 @@ def say(words: str) -> None:
         typer.echo(f'tauto: {spelled(words, option)}', err=True)
 
 
-def say_oddities(scene: Scene, origin: str, *, anyway: bool) -> list[str]:
+def say_plausibility(scene: Scene, origin: str, *, anyway: bool) -> list[str]:
     """Print and return warnings about a scene, which the user named `origin`.
 
     SceneError if machine or ship are larger than any known, unless `anyway`.
     """
-    from tauto_core.checks.readiness import check_known, oddities
+    from tauto_core.checks.readiness import check_known, plausibility_warnings
     from tauto_core.scene.errors import naming
 
     with naming(origin, scene.name):
         if not anyway:
             check_known(scene)
-        odd = oddities(scene)
+        odd = plausibility_warnings(scene)
     for warning in odd:
         say(warning)
     return odd

@@ -24,7 +24,7 @@ from tauto_core.cli.terminal import (
     ended_by_sigterm,
     progress_bar,
     say,
-    say_oddities,
+    say_plausibility,
 )
 from tauto_core.scene.errors import Argument, UsageError, naming
 from tauto_core.wording import left_out
@@ -182,7 +182,7 @@ def _voyage(source: str, given: Mapping[str, Any], *, sails: bool = True) -> Voy
             say(warning)
         return voyage
     scene = api.load(source, **values)
-    say_oddities(scene, source, anyway=anyway or not sails)
+    say_plausibility(scene, source, anyway=anyway or not sails)
     with naming(source, scene.name), progress_bar(scene.name) as progress:
         return api.voyage_of(scene, {}, progress, anyway=anyway, sails=sails)
 
