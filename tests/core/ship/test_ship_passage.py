@@ -191,10 +191,15 @@ def test_course_at_a_place_or_at_anchor_is_the_next():
         (1.0, TIMED['departure'], [45.0, -9.0]),
         (2.0, [45.0, -9.0], [40.0, -12.0]),
         (2.3, [45.0, -9.0], [40.0, -12.0]),
+        (3.0, None, [40.0, -12.0]),  # under way
         (6.0, MADEIRA, TIMED['arrival']),
     ):
-        wanted = np.radians(way(one, other)['azi1'] % 360.0)
-        assert passage.course(round(day * DAY) * S) == pytest.approx(wanted, abs=1e-9)
+        at = round(day * DAY) * S
+        start = one or np.concatenate(passage.places(np.array([at])))
+        wanted = np.radians(way(start, other)['azi1'] % 360.0)
+        assert passage.course(at) == pytest.approx(wanted, abs=1e-9)
+    arrival = np.radians(way(MADEIRA, TIMED['arrival'])['azi2'] % 360.0)
+    assert passage.course(8 * DAY * S) == pytest.approx(arrival, abs=1e-9)
 
 
 def test_course_at_the_last_place_is_the_one_of_arrival():
