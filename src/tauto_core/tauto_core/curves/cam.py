@@ -464,13 +464,13 @@ def _impossible(kind: str, problem: str, remedy: str) -> SceneError:
 
 
 def _first(bad: np.ndarray) -> int | None:
-    """Return the index of the first true element, or None."""
+    """Return the index of the first true element, if any."""
     indices = np.flatnonzero(bad)
     return int(indices[0]) if len(indices) else None
 
 
 def hollow(cam: Cam, reach_rad: float | None = None) -> tuple[float, float] | None:
-    """Return the first interval of angles [rad] with R < 0, or None.
+    """Return the first interval of angles [rad] with R < 0, if any.
 
     The search ends at `reach_rad`, by default `cam.drawn_rad`.
     """
@@ -603,7 +603,7 @@ def smooth_lever(
 
 
 def _interpolated(function: ArrayFunction, terms: int, blur: float = 0.0) -> FloatArray | None:
-    """Return the coefficients of x^j of a function on 0 ≤ x ≤ 1, or None if they miss it.
+    """Return the coefficients of x^j of a function on 0 ≤ x ≤ 1, if they resolve it.
 
     The function is accurate to rounding of its value, and x to the blur.
     """

@@ -270,7 +270,7 @@ class Plate:
     Attributes:
         outline: edge of the plate, counter-clockwise from the edge of the slot on the left.
         holes: bore and pin holes.
-        tool: path of the centre of the cutter outside the plate, or None.
+        tool: path of the centre of the cutter outside the plate, if any.
         tool_holes: paths of the centre of the cutter inside the holes.
         cheek: cheek on the left, under the thread at positive angles.
         reach_rad: angle of the wheel at which the cheeks end [rad].
@@ -327,11 +327,16 @@ def cam_plate(
         CamRangeError: a reach beyond the range of the cam.
     """
     tip = MM_PER_M * float(cam.p(0.0))
-    bore = _size('bore_mm', bore_mm, BORE * tip)
-    pins = _size('pins_mm', pins_mm, PINS * tip)
-    pin_circle = _size('pin_circle_mm', pin_circle_mm, PIN_CIRCLE * tip)
-    depth = _size('slot_mm', slot_mm, SLOT * tip)
-    thread = _size('thread_mm', thread_mm, 0.0)
+    bore, pins, pin_circle, depth, thread = (
+        _size(name, value, share * tip)
+        for name, value, share in (
+            ('bore_mm', bore_mm, BORE),
+            ('pins_mm', pins_mm, PINS),
+            ('pin_circle_mm', pin_circle_mm, PIN_CIRCLE),
+            ('slot_mm', slot_mm, SLOT),
+            ('thread_mm', thread_mm, 0.0),
+        )
+    )
     if not 0.0 <= cutter_mm < math.inf:
         raise UsageError(
             Argument('cutter_mm', cutter_mm, spaced=True),
@@ -526,8 +531,8 @@ def _cheek_arcs(cam: Cam, start: float, end: float, thread: float, tolerance: fl
 def _biarc(psi: FloatArray, point: ComplexArray) -> list[tuple[float, complex, float]] | None:
     """Return (ψ at its end, centre, radius) of two arcs between points with given normals.
 
-    Both arcs have tangents of equal length to the corner of their control polygon. None: the curve
-    turns back, or by half a turn.
+    Both arcs have tangents of equal length to the corner of their control polygon. They do not
+    exist for a curve that turns back, or by half a turn.
     """
     chord = complex(point[1] - point[0])
     tangents = [complex(1j * np.exp(1j * angle)) for angle in psi]
@@ -602,17 +607,6 @@ def lever_arm_as_cut(plate: Plate, cam: Cam, angle: FloatArray) -> FloatArray:
     return arm / MM_PER_M
 
 
-def edge_lever_arm(plate: Plate, cam: Cam, angle: FloatArray) -> FloatArray:
-    """Return the lever arm [m] on perfect cheeks that begin at the edges of the slot.
-
-    It differs from the cam's only before the thread touches the cheeks.
-    """
-    arm = cam.lever_arm(angle)
-    at_edges = angle < plate.acts_from_rad
-    arm[at_edges] = lever_arm_as_cut(plate, cam, angle[at_edges])
-    return arm
-
-
 @dataclass(frozen=True)
 class PlateRates:
     """Changes of the rate of free swings on land by a plate [s/day], positive for a gain.
@@ -641,12 +635,9 @@ def plate_rates(plate: Plate, cam: Cam, setting: Setting, amplitudes: FloatArray
     rows = []
     for amplitude in amplitudes.tolist():
         angle = amplitude * np.sin(phase)
-        arm = cam.lever_arm(angle)
-        cuts = (
-            edge_lever_arm(plate, cam, angle),
-            lever_arm_as_cut(plate, cam, angle),
-            arm - 1e-6,  # cut a micrometre too deep
-        )
+        arm, as_cut = cam.lever_arm(angle), lever_arm_as_cut(plate, cam, angle)
+        # perfect cheeks that begin at the edges of the slot, the plate, a micrometre too deep
+        cuts = np.where(angle < plate.acts_from_rad, as_cut, arm), as_cut, arm - 1e-6
         period, *periods = (_period(t, phase, amplitude, setting) for t in (arm, *cuts))
         rows.append([86400.0 * (period / value - 1.0) for value in periods])
     edge, outline, deep = np.array(rows).T

@@ -160,7 +160,7 @@ def nearest(value: float, factor: float, works: Callable[[float], bool]) -> floa
 
 
 def nearest_if_any(value: float, factor: float, works: Callable[[float], bool]) -> float | None:
-    """Return the same, or None after FACTORS_TRIED steps by the factor."""
+    """Return the same, if FACTORS_TRIED steps by the factor reach it."""
     bad, good = value, value * factor
     for _ in range(FACTORS_TRIED):
         if works(good):
@@ -253,7 +253,7 @@ def complete_series(
     tail_count: int = 4,
     scale: float | None = None,
 ) -> FloatArray | None:
-    """Return the first complete Chebyshev series, or None.
+    """Return the first complete Chebyshev series, if any.
 
     `series` gives the coefficients with n terms, (…, n), for each of the counts in order. A smooth
     function's coefficients fall geometrically down to rounding. A series is complete if its last

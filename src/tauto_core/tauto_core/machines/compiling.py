@@ -85,7 +85,7 @@ class SceneParts(Protocol):
 
     @property
     def air(self) -> object | None:
-        """The air. None: the clock stays at the temperature for which its parameters hold."""
+        """The air. Without it the clock stays at the temperature of its parameters."""
 
     @property
     def lies_still(self) -> bool:

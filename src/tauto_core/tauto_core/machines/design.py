@@ -39,8 +39,8 @@ class WheelDesign:
         period_s: period of a full swing [s].
         pendulum_m: length of the simple pendulum that swings with it [m].
         inertia_kg_m2: moment of inertia of the wheel [kg m2].
-        disc_weight_n: weight of the disc [N], None if the wheel is not a disc.
-        disc_radius_m: radius of the disc [m], or None.
+        disc_weight_n: weight of the disc [N], if the wheel is one.
+        disc_radius_m: radius of the disc [m], if any.
         pull_n: pull in the thread [N], without inertia.
         base_radius_m: base radius of the involute, a hole's rate [m].
         gravity_m_s2: acceleration of gravity [m/s2].
@@ -90,7 +90,7 @@ def wheel_design(
     A text has a unit, as `5 mm`. A weight may have a unit of mass.
 
     Args:
-        sizes: period, pendulum, inertia, disc_weight, disc_radius, pull and base_radius, or None.
+        sizes: period, pendulum, inertia, disc_weight, disc_radius, pull and base_radius.
         disc_is_base: whether the radius of the disc is the base radius (XX).
         length_unit: unit of lengths.
         weight_unit: unit of weights and the pull, of force or of mass.

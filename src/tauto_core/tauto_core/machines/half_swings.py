@@ -341,7 +341,7 @@ class ResistedWay:
         return swings
 
     def _swings(self, amplitude: FloatArray) -> _Swings | None:
-        """Return the half swings from signed arcs less the zero, or None without convergence."""
+        """Return the half swings from signed arcs less the zero, if they converge."""
         at, count = self._at, len(self._at.tau)
         # the quadratic resistance against the motion, in units of the signed amplitude
         kappa = self._curve.kappa * np.abs(amplitude)[:, None]

@@ -335,7 +335,7 @@ class EscapementKind(Kind):
 
     @property
     def ebb(self) -> ImpulseDecline | None:
-        """Decline of the impulses between windings, or None."""
+        """Decline of the impulses between windings, if any."""
         return None
 
     @property

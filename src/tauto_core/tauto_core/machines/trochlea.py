@@ -50,10 +50,10 @@ class Machine:
         cam: the cam, with its thread.
         follows_apparent_vertical: whether the thread's neutral line is the apparent vertical
             (γ = β: a weight on a vertical thread) instead of a line of the case (γ = α_c).
-        drag: torques against the motion in the case, or None.
-        escapement: the escapement, or None.
+        drag: torques against the motion in the case, if any.
+        escapement: the escapement, if any.
         release_angle: angle of the wheel in its case at release, from rest [rad].
-        imbalance: imbalance of the wheel, or None. It makes the well neither harmonic nor even.
+        imbalance: imbalance of the wheel, if any. It makes the well neither harmonic nor even.
         heat: changes with temperature and age. The numbers above hold at `heat.at_celsius`.
         stops_when_slack: whether the motion ends when the thread goes slack.
     """

@@ -291,7 +291,7 @@ def smoothed(angles: FloatArray, arms: FloatArray, tolerance: float) -> TableLev
 
 
 def _fitted(x: FloatArray, y: FloatArray, tolerance: float, squares: float) -> BSpline | None:
-    """Return FITPACK's spline for a sum of squares, scaled by the tolerance, or None."""
+    """Return FITPACK's spline for a sum of squares, scaled by the tolerance, if any."""
     from scipy.interpolate import BSpline, splrep
 
     weights = np.full_like(x, 1.0 / tolerance)

@@ -91,7 +91,7 @@ def common_swing(
 def _continued(
     accelerations: Accelerations, amplitude: float, frequency: float, share: float, terms: int
 ) -> FloatArray | None:
-    """Return a_k, b_k, ω at the amplitude, continued from small swings, or None."""
+    """Return a_k, b_k, ω at the amplitude, continued from small swings, if possible."""
     unknowns = np.zeros(2 * terms + 1)
     unknowns[-1] = frequency
     # in steps of at most a quarter of a radian
@@ -110,7 +110,7 @@ def _continued(
 def _newton(
     accelerations: Accelerations, amplitude: float, unknowns: FloatArray, terms: int
 ) -> FloatArray | None:
-    """Return the solution near some unknowns, or None, by Newton's method with complex steps.
+    """Return the solution near some unknowns, if any, by Newton's method with complex steps.
 
     The equations are divided by ω². All columns of their derivative are computed together.
     """

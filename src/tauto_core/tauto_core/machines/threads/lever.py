@@ -53,7 +53,7 @@ class LeverMachine:
         heat: changes with temperature and age. Wheel, cam, lever and thread grow alike.
         force: P, a pull without mass at the lever at rest, from far off along the case's vertical
             [N], 0 for a weight.
-        law: dependence of that pull on the draw, None if it is constant. It is scaled to P at
+        law: dependence of that pull on the draw, unless it is constant. It is scaled to P at
             rest.
     """
 
@@ -470,7 +470,7 @@ class LeverThread(ThreadKind):
         )
 
     def _law(self, pull: Pull) -> ForceLaw | None:
-        """Return the dependence of a pull on the draw of the lever's end, None if constant."""
+        """Return the law of a pull over the draw of the lever's end, unless it is constant."""
         if not pull.stiffness:
             return pull.law
         # the end of a lever rises no farther
