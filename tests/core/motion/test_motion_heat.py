@@ -137,7 +137,7 @@ def compared(moved: Machine, forcing: Forcing) -> tuple[float, float]:
 
 @pytest.mark.parametrize(
     ('name', 'swings'),
-    [*((name, 12.37) for name in MACHINES), ('cam of steel', 12.0), ('oil', 12.0)],
+    [*((name, 6.37) for name in MACHINES), ('cam of steel', 6.0), ('oil', 6.0)],
 )
 def test_a_clock_that_warms_on_land_reads_as_integrated(name: str, swings: float) -> None:
     """Also if logged instants keep step with the swing.
@@ -149,7 +149,7 @@ def test_a_clock_that_warms_on_land_reads_as_integrated(name: str, swings: float
     interval_s = round(swings * moved.small_period, 9)
     spans, changes = on_land(4, interval_s), np.array([0.0, 13.0, 6.0, -12.0, -12.0])
     error_s, effect_s = compared(moved, warmed(spans, interval_s, 20.0 + changes))
-    assert effect_s > 1e-4
+    assert effect_s > 5e-5
     if moved.drag is None:
         assert error_s < 1e-10
         return
