@@ -81,8 +81,7 @@ def quarter(start: float, friction: float = 0.0, length: float = F) -> float:
     A negative arc is on the branch of ascent. Friction μ is relative to the weight in the fluid,
     and makes the curve steeper by μ.
     """
-    motion = _motion(start, friction, length, to_rest=False)
-    return motion[0]
+    return _motion(start, friction, length, to_rest=False)[0]
 
 
 def swing(start: float) -> tuple[float, float]:

@@ -21,14 +21,8 @@ A = TypeVar('A', FloatArray, IntArray)
 MOUNT_FRAME = 'clock_mount'
 
 # Simulated motion is exact, but an all-zero covariance would say "unknown" (sensor_msgs/Imu).
-ORIENTATION_VARIANCE = 1e-12  # rad2
-ANGULAR_VELOCITY_VARIANCE = 1e-12  # rad2/s2
-SPECIFIC_FORCE_VARIANCE = 1e-10  # m2/s4
-
-_COVARIANCES = tuple(
-    variance * np.eye(3).ravel()
-    for variance in (ORIENTATION_VARIANCE, ANGULAR_VELOCITY_VARIANCE, SPECIFIC_FORCE_VARIANCE)
-)
+# Of orientation [rad²], angular velocity [rad²/s²] and specific force [m²/s⁴].
+_COVARIANCES = tuple(variance * np.eye(3).ravel() for variance in (1e-12, 1e-12, 1e-10))
 
 NORM_TOLERANCE = 1e-3
 SMALLEST_NORM = 1e-6

@@ -41,10 +41,6 @@ _NOT_CELSIUS = f'must be between {COLDEST:g} and {WARMEST:g} °C', 'Give it in d
 AIR_KNOT_S = 600
 """Time between knots under way [s], with linear mean and local time between them."""
 
-_Hour = Annotated[float, Strict(), Field(ge=0.0, le=24.0)]
-_BoxHours = Annotated[float, Strict(), Field(gt=0.0, le=1000.0)]
-_Diurnal = Annotated[float, Strict(), Field(ge=0.0, le=30.0)]
-
 
 class AirKind(Kind):
     """The air: its daily variation, and the box of the clock.
@@ -52,17 +48,17 @@ class AirKind(Kind):
     Each kind gives a mean temperature that is piecewise linear in time.
     """
 
-    diurnal: _Diurnal = Field(
+    diurnal: Annotated[float, Strict(), Field(ge=0.0, le=30.0)] = Field(
         default=0.0,
         description='half of the difference between the warmest and the coldest hour of a day, '
         '0 to 30 [K]',
     )
-    warmest_hour: _Hour = Field(
+    warmest_hour: Annotated[float, Strict(), Field(ge=0.0, le=24.0)] = Field(
         default=12.0,
         description="hour of the day that is warmest, 0 to 24, by the Sun at the ship's "
         'longitude: 12 is noon',
     )
-    box_hours: _BoxHours = Field(
+    box_hours: Annotated[float, Strict(), Field(gt=0.0, le=1000.0)] = Field(
         default=6.0,
         description="time constant with which the clock's box follows the air, more than 0, at "
         'most 1000 [h]',

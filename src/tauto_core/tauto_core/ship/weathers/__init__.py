@@ -34,6 +34,8 @@ jump of the fourth derivative at its ends is below the rounding of the interpola
 HIGHEST_M = 30.0
 """Limit of significant wave height, above any known sea [m]."""
 
+Height = Annotated[float, Strict(), Field(gt=0.0, le=HIGHEST_M)]
+
 
 @dataclass(frozen=True)
 class WeatherState:
@@ -349,7 +351,7 @@ class SeaState(Section):
         'waypoints, then the arrival',
     )
     still: Flag = Field(default=False, description='true: no waves')
-    significant_wave_height: Annotated[float, Strict(), Field(gt=0.0, le=30.0)] | None = Field(
+    significant_wave_height: Height | None = Field(
         default=None, description='significant wave height, at most 30 [m]'
     )
     peak_period: Positive | None = Field(

@@ -15,8 +15,8 @@ from tauto_core.scene.sections import Flag, Positive, SceneTime, Section
 from tauto_core.scene.times import DAY_S, LAST_STAMP_S, NS_PER_S, nanoseconds
 from tauto_core.ship.sections import Heading
 from tauto_core.ship.weathers import (
-    HIGHEST_M,
     LEAST_CHANGE_S,
+    Height,
     WeatherKind,
     WeatherSetting,
     WeatherState,
@@ -84,7 +84,6 @@ CLIMATES = {
 # Stream of random numbers from the seed, separate from the seas' and the dial noise's streams.
 _STREAM = 0x636C696D
 _NUMBERS = ('median_wave_height', 'log_deviation', 'correlation_time', 'steepness')
-_Height = Annotated[float, Strict(), Field(gt=0.0, le=HIGHEST_M)]
 
 
 class Region(Section):
@@ -103,7 +102,7 @@ class Region(Section):
         default=None,
         description='north_atlantic_winter or trades, which gives the numbers left out below',
     )
-    median_wave_height: _Height | None = Field(
+    median_wave_height: Height | None = Field(
         default=None, description='median significant wave height [m]'
     )
     log_deviation: Annotated[float, Strict(), Field(ge=0.0, le=2.0)] | None = Field(
@@ -134,7 +133,7 @@ class Port(Section):
     """The sea in port, before departure and after arrival."""
 
     still: Flag = Field(default=False, description='true: no waves')
-    significant_wave_height: _Height | None = Field(
+    significant_wave_height: Height | None = Field(
         default=None, description='significant wave height, at most 30 [m]'
     )
     peak_period: Positive | None = Field(

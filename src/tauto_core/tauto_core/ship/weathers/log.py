@@ -8,7 +8,7 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import Annotated, Any, ClassVar, Literal, NamedTuple
 
-from pydantic import Field, Strict
+from pydantic import Field
 
 from tauto_core.scene.errors import ABSENT, Problem, SceneError
 from tauto_core.scene.sections import (
@@ -24,7 +24,7 @@ from tauto_core.scene.sections import (
 from tauto_core.scene.times import STANDARD_GRAVITY, nanoseconds
 from tauto_core.ship.motions import sampled
 from tauto_core.ship.sections import CUTOFF, LEAST_CUTOFF, Heading, still_from
-from tauto_core.ship.weathers import HIGHEST_M, WeatherKind, WeatherSetting, WeatherState
+from tauto_core.ship.weathers import Height, WeatherKind, WeatherSetting, WeatherState
 from tauto_core.wording import counted
 
 # -----------------------------------------------------------------------------
@@ -141,9 +141,7 @@ TURN_S = 300.0
 class BackgroundSwell(Section):
     """A distant swell on the whole passage, which the log does not record."""
 
-    significant_wave_height: Annotated[float, Strict(), Field(gt=0.0, le=HIGHEST_M)] = Field(
-        description='significant wave height, at most 30 [m]'
-    )
+    significant_wave_height: Height = Field(description='significant wave height, at most 30 [m]')
     peak_period: Positive = Field(description='period of the spectral peak [s]')
     waves_to: Heading = Field(
         description='direction in which it runs, from north to the east [rad]'
@@ -286,8 +284,6 @@ def fastest_m_s(setting: WeatherSetting) -> float:
 # -----------------------------------------------------------------------------
 # The seas of a hindcast.
 
-_Height = Annotated[float, Strict(), Field(gt=0.0, le=HIGHEST_M)]
-
 
 class HindcastWeather(WeatherKind):
     """Seas along the voyage from a hindcast, each row changing gradually into the next.
@@ -313,7 +309,7 @@ class HindcastWeather(WeatherKind):
     time: Annotated[tuple[SceneTime, ...], Field(min_length=1)] = Field(
         description='list of increasing times from the start [s]'
     )
-    seas: tuple[tuple[tuple[_Height, Positive, Heading], ...], ...] = Field(
+    seas: tuple[tuple[tuple[Height, Positive, Heading], ...], ...] = Field(
         description='list of the seas at each time, an empty one in a calm: [significant wave '
         'height in m, peak period in s, direction in which it runs, from north to the east in rad]'
     )
