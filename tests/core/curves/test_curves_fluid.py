@@ -176,17 +176,6 @@ def test_the_outline_is_no_higher_than_the_descent(curve):
         fluid_outline(curve, 1)
 
 
-def test_the_circle_of_curvature_touches():
-    """The reference is a circle through three points. Its error is of second order in the arc."""
-    for s in (0.3, -0.3):
-        x, y = coordinates(OIL, np.array([s - 1e-4, s, s + 1e-4]))
-        sides = [math.dist((x[i], y[i]), (x[j], y[j])) for i, j in ((0, 1), (1, 2), (0, 2))]
-        cross = (y[1] - y[0]) * (x[2] - x[0]) - (x[1] - x[0]) * (y[2] - y[0])
-        assert math.prod(sides) / (2.0 * abs(cross)) == pytest.approx(
-            float(radius_of_curvature(OIL, s)), rel=1e-6
-        )
-
-
 @pytest.mark.parametrize(
     ('make', 'named'),
     [

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from golden_numbers import entries
 from scipy.integrate import solve_ivp
-from scipy.optimize import minimize_scalar
 
 from tauto_core.curves import FluidTautochrone
 from tauto_core.curves.fluid import ActaCurve, Mirrored
@@ -172,16 +171,6 @@ def test_without_a_fluid_both_ways_are_harmonic():
         )
     assert float(duration_excess(0.0, 0.3)) == 0.0
     assert arcs(free, 0.02).loss == 0.0
-
-
-def test_the_body_is_fastest_at_the_loss_before_the_lowest_point():
-    b = 0.05
-    fastest = minimize_scalar(
-        lambda s: -float(velocity_height(OIL, s, b)), bounds=(0.0, 0.3), options={'xatol': 1e-10}
-    )
-    found = arcs(OIL, b)
-    assert fastest.x == pytest.approx(found.loss, abs=1e-7)
-    assert found.descent - found.ascent == pytest.approx(found.loss, rel=1e-14)
 
 
 def test_each_start_of_the_acta_needs_its_own_curve():
