@@ -22,7 +22,6 @@ from tauto_core.scene.times import STANDARD_GRAVITY
 from tauto_core.ship.hull import (
     SHAPES,
     SHAPES_FOLDER,
-    ComplexArray,
     HullCoefficients,
     HullError,
     Shape,
@@ -150,8 +149,7 @@ def compute(
         HullError: proportions out of range, or more panels than `MOST_PANELS`.
     """
     capytaine = solver()
-    size = mesh.vertices.max(axis=0) - mesh.vertices.min(axis=0)
-    length, beam, draught = (float(value) for value in size)
+    length, beam, draught = np.ptp(mesh.vertices, axis=0).tolist()
     check_proportions(length, beam, draught)
     cover = _lid(mesh) if lid else None
     panels = mesh.nb_faces + (cover.nb_faces if cover is not None else 0)
@@ -177,10 +175,6 @@ def compute(
     engine = capytaine.BEMSolver()
     beta = np.linspace(0.0, np.pi, headings)
 
-    def solved(problem: Any) -> ComplexArray:
-        solution = engine.solve(problem)
-        return np.array([solution.forces[dof] for dof in _DOFS])
-
     for row, omega in enumerate([0.0, *(unit * frequencies), np.inf]):
         for k, dof in enumerate(_DOFS):
             radiated = capytaine.RadiationProblem(omega=omega, radiating_dof=dof, **water)
@@ -191,13 +185,14 @@ def compute(
         for column, direction in enumerate(beta if 0 < row <= n else ()):
             wave = capytaine.DiffractionProblem(omega=omega, wave_direction=direction, **water)
             pushed = capytaine.bem.airy_waves.froude_krylov_force(wave)
-            force[row, column] = solved(wave) + [pushed[dof] for dof in _DOFS]
+            scattered = engine.solve(wave).forces
+            force[row, column] = [scattered[dof] + pushed[dof] for dof in _DOFS]
         if progress is not None:
             progress((row + 1) / (n + 2))
     lever = np.array([0, 0, 0, 1, 1, 1])
     powers = length ** np.add.outer(lever, lever)
-    centre, sizes = mesh.center_of_buoyancy, _waterplane(mesh)
-    area, flotation, across, along = sizes
+    centre = mesh.center_of_buoyancy
+    area, flotation, across, along = _waterplane(mesh)
     force[0, :, 2], force[0, :, 4] = area / length**2, -area * flotation / length**3
     force[1:] /= STANDARD_GRAVITY * length ** (2 + lever)
     # by symmetry forces athwart vanish in following and head seas

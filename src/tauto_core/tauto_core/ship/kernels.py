@@ -397,7 +397,7 @@ def force_of(force: FloatArray, tilt: FloatArray | None, size: FloatArray | None
     direction would turn round at once. The direction is then computed with a smooth upward
     component of at least half of that. The size is the component along the direction, negative if
     the force would throw the weight out of the top of the case. Both are smooth in the force,
-    which lets the slack be detected. `motion.threads.beside` gives the rest of the force. The
+    which lets the slack be detected. `motion.threads.transverse` gives the rest of the force. The
     direction is positive to starboard in the case.
     """
     rows = len(force) // SIZE

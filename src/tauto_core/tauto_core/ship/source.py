@@ -87,21 +87,20 @@ class Observations:
         interval = nanoseconds(drift.observation_interval)
         in_port = scene.starts_at_ns + np.arange(0, end + 1, interval, dtype=np.int64)
         stamps = np.union1d(in_port, fixes)
-        lunars = np.empty(0, np.int64)
+        errors = {
+            int(stamp): (LANDFALL if stamp in fixes else PORT, k, drift.observation_sigma)
+            for k, stamp in enumerate(stamps)
+        }
         if drift.lunars is not None and passage is not None:
             # multiples of their interval between the ports
             interval = nanoseconds(drift.lunars.interval)
             begin = passage.sails_ns // interval + 1
             stop = min(passage.arrives_ns - 1, scene.duration_ns) // interval
-            lunars = interval * np.arange(begin, stop + 1, dtype=np.int64)
-            lunars = np.setdiff1d(scene.starts_at_ns + lunars, stamps)
-        errors = {
-            int(stamp): (LANDFALL if stamp in fixes else PORT, k, drift.observation_sigma)
-            for k, stamp in enumerate(stamps)
-        }
-        if drift.lunars is not None:
-            sigma = drift.lunars.sigma
-            errors |= {int(stamp): (LUNAR, k, sigma) for k, stamp in enumerate(lunars)}
+            at_sea = scene.starts_at_ns + interval * np.arange(begin, stop + 1, dtype=np.int64)
+            lunars = np.setdiff1d(at_sea, stamps)
+            errors |= {
+                int(stamp): (LUNAR, k, drift.lunars.sigma) for k, stamp in enumerate(lunars)
+            }
         self._drawn = {
             stamp: errors[stamp]
             for stamp in sorted(errors)
