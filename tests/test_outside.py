@@ -176,7 +176,7 @@ def test_every_command_with_json_has_a_golden_file() -> None:
             return {one for name, part in parts for one in with_json(part, (*path, name))}
         return {'_'.join(path)} if any('--json' in one.opts for one in command.params) else set()
 
-    # `graph` needs ROS and prints what `sail` does (tests/nodes); `bag recover` a damaged bag.
+    # `graph` needs ROS and prints what `sail` does (tests/nodes). `bag recover` a damaged bag.
     assert with_json(get_command(app)) <= {*COMMANDS, 'graph', 'bag_recover'}
 
 

@@ -73,7 +73,7 @@ def test_the_reason_names_what_decides(
 
 
 def test_a_voyage_is_shown_with_length_speed_and_landfalls(tmp_path: Path) -> None:
-    """Two degrees of the equator, 222 639.0 m, in 100 s; the landfall is half way."""
+    """Two degrees of the equator, 222 639.0 m, in 100 s. The landfall is half way."""
     assert facts(tmp_path)['voyage'] is None
     found = facts(
         tmp_path,
@@ -97,7 +97,7 @@ def test_a_voyage_is_shown_with_length_speed_and_landfalls(tmp_path: Path) -> No
 
 
 def test_a_wheel_that_creeps_home_is_tried_for_a_minute(tmp_path: Path) -> None:
-    """No swing predicts its steps; two hours of it took 10 s, after which the trial was cut."""
+    """No swing predicts its steps. Two hours of it took 10 s, after which the trial was cut."""
     found = facts(tmp_path, drag={'viscous': 1.0}, duration=86_400.0)['expected']
     assert found['tried_s'] == 60.0
     assert not found['was_cut']

@@ -1,4 +1,4 @@
-"""`tauto fleet`: the answer first, shares, quantiles, influences; all of it as JSON."""
+"""`tauto fleet`: the answer first, shares, quantiles, influences. All of it as JSON."""
 
 import json
 

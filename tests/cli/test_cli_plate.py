@@ -52,7 +52,7 @@ def rate_s_per_day(angle: FloatArray, wrong: FloatArray, slope: float, amplitude
 
 @pytest.mark.parametrize('name', SCENES)
 def test_the_lever_arm_rebuilt_from_the_dxf(name: str, tmp_path: Path) -> None:
-    """ezdxf flattens the outline; half the thread is added to how far a taut thread is away."""
+    """ezdxf flattens the outline. Half the thread is added to how far a taut thread is away."""
     file = tmp_path / 'plate.dxf'
     facts = json.loads(run('cam', '--plate', name, '--dxf', file, '--thread', '0.5', '--json'))
     document = readfile(file)
@@ -179,7 +179,7 @@ TOY = ('cam', 'measured', '--plate', '--set', 'trochlea.cam.base_radius=0.002')
 
 
 def test_a_dxf_of_lines_has_corners_on_the_arcs(tmp_path: Path) -> None:
-    """R12 without arcs and bulges; the area of a ring of n chords is n/2 r² sin(2π/n).
+    """R12 without arcs and bulges. The area of a ring of n chords is n/2 r² sin(2π/n).
 
     The Bézier curves by which ezdxf flattens arcs are off by 2.7e-4 of a radius, of 0.15 mm.
     """

@@ -325,7 +325,7 @@ def test_wrong_arguments_get_errors_in_words_of_calls(call, words: str) -> None:
 
 # Another section of a scene changes the answer of a command, or the answer names it. A fleet and
 # reports sail as `sail` does, and an involute is the same in any gravity. A trial sails the scene
-# of each passage; the commands of pictures print unused sections.
+# of each passage. The commands of pictures print unused sections.
 _VARIED: dict[str, dict[str, Any]] = {
     'gravity': {'gravity': 9.7},
     'trochlea': {'trochlea__cam__base_radius': 5.1e-3},

@@ -51,7 +51,7 @@ def test_the_place_and_the_culmination_are_those_of_the_sphere(phi, delta, hours
 
 
 def test_the_lemma_of_1729_lacks_a_minus():
-    """IP, PQ, QR = 0.4, 0.5, 0.7: as printed it is −tan IP; `culmination_s` has IP itself."""
+    """IP, PQ, QR = 0.4, 0.5, 0.7: as printed it is −tan IP. `culmination_s` has IP itself."""
     i_p, p_q, p_r = 0.4, 0.5, 1.2
     l_m = math.cos(i_p) - math.cos(i_p + p_q)
     l_n = math.cos(i_p) - math.cos(i_p + p_r)
@@ -74,7 +74,7 @@ def test_a_rate_shifts_latitude_by_the_closed_form_about_noon(apart):
 
 
 def test_errors_are_the_changes_of_the_answer_itself():
-    """A fast clock turned back by its rate, and one altitude raised; the differences are central.
+    """A fast clock turned back by its rate, and one altitude raised. The differences are central.
 
     Both steps are half a unit: the third order is some 1e-5 of the change.
     """

@@ -43,7 +43,7 @@ class Checkout:
         return done.stdout.strip()
 
     def commit(self) -> str:
-        """Commit all there is; return the first digits of the commit."""
+        """Commit all there is. Return the first digits of the commit."""
         self.git('add', '.')
         self.git('commit', '--allow-empty', '--message', 'x')
         return self.git('rev-parse', 'HEAD')[:12]
@@ -88,7 +88,7 @@ def test_code_that_is_not_committed_is_dirty(checkout: Checkout) -> None:
 def test_only_the_repository_of_this_code_is_asked(
     checkout: Checkout, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A hook runs with GIT_DIR of its repository; an environment may be within another one."""
+    """A hook runs with GIT_DIR of its repository. An environment may be within another one."""
     commit = checkout.commit()
     within = Checkout(tmp_path / 'environment')
     assert within.said() == v.BASE

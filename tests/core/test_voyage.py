@@ -274,7 +274,7 @@ def test_a_dial_that_leaves_the_times_of_ros_is_refused(changes, key, said):
 
 
 def test_samples_that_cannot_be_integrated_end_the_voyage():
-    """A height of 1e308 m times the roll's acceleration overflows; a checked scene has less."""
+    """A height of 1e308 m times the roll's acceleration overflows. A checked scene has less."""
     ship = {'kind': 'components', 'components': [{'amplitude': 1.5, 'period': 1.0}]}
     trochlea = load_scene('ideal').trochlea.model_dump()
     checked = load_scene('measured', duration=5.0, ship=ship, trochlea=trochlea)

@@ -39,7 +39,7 @@ from tauto_core.scene.reference import new_scene, write_scene
 
 @pytest.fixture
 def no_room() -> Iterator[None]:
-    """No file of this process may have more than a kilobyte; Python ignores the signal."""
+    """No file of this process may have more than a kilobyte. Python ignores the signal."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (1024, before[1]))
     yield
@@ -145,7 +145,7 @@ def test_drafts_that_nobody_writes_go_with_the_next_file(tmp_path: Path) -> None
 
 @contextmanager
 def failing_at(number: int, code: int) -> Iterator[list[str]]:
-    """Let call `number` of those that change a disk fail; yield the names of all calls."""
+    """Let call `number` of those that change a disk fail. Yield the names of all calls."""
     calls: list[str] = []
 
     def faulty(name: str, call: Callable[..., Any]) -> Callable[..., Any]:

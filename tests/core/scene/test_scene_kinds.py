@@ -1,4 +1,4 @@
-"""The kinds of a scene's sections are found in their folders; the reference has all of them."""
+"""The kinds of a scene's sections are found in their folders. The reference has all of them."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def test_kinds_of_a_section_differ_in_their_key_and_their_rank() -> None:
 
 
 def test_what_a_scene_may_hold_loads_neither_scipy_nor_numba() -> None:
-    """All kinds are known to every scene; special needs are imported when used."""
+    """All kinds are known to every scene. Special needs are imported when used."""
     program = (
         'import sys\n'
         'from tauto_core.scene import load_scene\n'

@@ -1,4 +1,4 @@
-"""Round trips, paths, shipped scenes; any text gives a scene or its refusal."""
+"""Round trips, paths, shipped scenes. Any text gives a scene or its refusal."""
 
 from __future__ import annotations
 
@@ -88,7 +88,7 @@ def test_regulators_beat_seconds_or_half_seconds() -> None:
 
 
 def test_euler_s_own_design_has_the_numbers_of_his_paragraph_xx() -> None:
-    """BC = 2 P AO/Q of AO = 3166 scruples of 0.31385 mm; the scene rounds to five digits."""
+    """BC = 2 P AO/Q of AO = 3166 scruples of 0.31385 mm. The scene rounds to five digits."""
     scene = load_scene('euler_1727')
     radius, mass = scene.trochlea.cam.base_radius, scene.trochlea.power.mass
     assert radius == pytest.approx(2.0 * 3166 / 100 * 0.31385e-3, rel=2e-5)

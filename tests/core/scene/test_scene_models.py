@@ -110,7 +110,7 @@ def test_motion_is_kept_up_to_a_day_unless_said(duration: int, log: str, kept: b
 
 @given(st.integers(0, 2**31 * 10**9), st.integers(0, 9))
 def test_nanoseconds_are_those_of_the_decimal(ns: int, digits: int) -> None:
-    """The shortest decimal of a double holds 15 digits exactly; fewer are asked for here."""
+    """The shortest decimal of a double holds 15 digits exactly. Fewer are asked for here."""
     ns = ns // 10**digits * 10**digits
     written = Fraction(ns, 10**9)
     if len(str(ns).rstrip('0')) <= 15:

@@ -155,13 +155,11 @@ COMMANDS = [
     ('sail',),
     ('plot', 'error', '--out', 'error.svg'),
     ('report', '--out', 'heavy.html'),
-    ('compare',),
-    ('fleet', '--ships', '1', '--jobs', '1'),
 ]
 
 
 @pytest.mark.parametrize('command', COMMANDS, ids=lambda command: command[0])
-def test_every_sailing_command_refuses_it_without_anyway(
+def test_commands_refuse_it_without_anyway(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: tuple[str, ...]
 ) -> None:
     monkeypatch.chdir(tmp_path)

@@ -65,7 +65,7 @@ def test_every_kind_is_in_some_combination() -> None:
 
 
 def test_what_no_combination_has_is_refused_by_the_scene() -> None:
-    """The kinds are combined by hand; the models refuse those that `scene new` never chooses."""
+    """The kinds are combined by hand. The models refuse those that `scene new` never chooses."""
     text = new_scene('new', {'ship': 'still', 'cam': 'involute', 'escapement': 'impulse'})
     good = {tuple(kinds.values()) for kinds in all_that_go()}
     assert ('involute', 'vertical', 'weight', 'impulse') in good

@@ -41,6 +41,11 @@ time_utc,significant_wave_height_m,peak_period_s,waves_from_deg
 """
 
 
+NORTH = {'departure': [0.0, 0.0], 'arrival': [10.0, 0.0], 'sails_at': 0.0, 'arrives_at': 1e6}
+FOLLOWED = {'format': 'ndbc', 'follow_route': True}
+LACKS_ONE = NDBC.replace('6.60 280', '6.60 999')
+
+
 def scene_of(weather: dict[str, Any], duration: float = 3600.0, **keys: Any) -> Scene:
     ship = {'kind': 'sea', 'weather': weather, 'roll': ROLL, 'heave': True, 'rate': 20.0}
     return load_scene('ideal', ship=ship, duration=duration, **keys)
@@ -109,9 +114,8 @@ def test_a_bag_needs_no_file_of_the_record(tmp_path: Path) -> None:
 
 
 def test_a_record_turns_the_waves_against_the_course(tmp_path: Path) -> None:
-    voyage = {'departure': [0.0, 0.0], 'arrival': [10.0, 0.0], 'sails_at': 0.0, 'arrives_at': 1e6}
-    asked = record(tmp_path, NDBC, format='ndbc', follow_route=True)
-    scene = scene_of(asked, voyage=voyage)
+    asked = record(tmp_path, NDBC, **FOLLOWED)
+    scene = scene_of(asked, voyage=NORTH)
     found = scene.ship.states(scene)
     # bound north: waves to the east run to starboard
     expected = [math.radians(360.0 - each) for each in (90, 100, 110)]
@@ -120,13 +124,9 @@ def test_a_record_turns_the_waves_against_the_course(tmp_path: Path) -> None:
     assert found[1].speed == pytest.approx(1105854.8 / 1e6, rel=1e-4)
 
 
-NORTH = {'departure': [0.0, 0.0], 'arrival': [10.0, 0.0], 'sails_at': 0.0, 'arrives_at': 1e6}
-LACKS_ONE = NDBC.replace('6.60 280', '6.60 999')
-
-
 def test_a_row_without_direction_is_left_out_on_a_route(tmp_path: Path) -> None:
     """Its neighbours keep their headings, and the missing one does not turn all waves abeam."""
-    asked = record(tmp_path, LACKS_ONE, format='ndbc', follow_route=True)
+    asked = record(tmp_path, LACKS_ONE, **FOLLOWED)
     scene = scene_of(asked, voyage=NORTH)
     assert scene.ship.weather.time == (0.0, 14_400.0)
     headings = [state.heading for state in scene.ship.states(scene)]
@@ -134,23 +134,19 @@ def test_a_row_without_direction_is_left_out_on_a_route(tmp_path: Path) -> None:
     motion = ShipMotion(scene)
     assert motion.metadata['rows_without_direction'] == 1
     assert [each for each in motion.warnings if '1 row of buoy.txt without a direction' in each]
+    begins = record(tmp_path, NDBC.replace('6.50 270', '6.50 999'), **FOLLOWED)
+    assert scene_of(begins, voyage=NORTH).ship.weather.time == (0.0, 7200.0)
 
 
 def test_the_gap_of_a_missing_direction_is_bridged(tmp_path: Path) -> None:
-    asked = record(tmp_path, LACKS_ONE, format='ndbc', follow_route=True, max_gap=14_399.0)
+    asked = record(tmp_path, LACKS_ONE, **FOLLOWED, max_gap=14_399.0)
     said = refusal(asked, voyage=NORTH)
     assert 'line 8: comes 14400 s after the last row with waves and their direction' in said
 
 
-def test_a_record_on_a_route_begins_with_a_direction(tmp_path: Path) -> None:
-    text = NDBC.replace('6.50 270', '6.50 999')
-    asked = record(tmp_path, text, format='ndbc', follow_route=True)
-    assert scene_of(asked, voyage=NORTH).ship.weather.time == (0.0, 7200.0)
-
-
 def test_where_no_row_has_a_direction_a_warning_says_so(tmp_path: Path) -> None:
     text = re.sub('(270|280|290) 1016', '999 1016', NDBC)
-    asked = record(tmp_path, text, format='ndbc', follow_route=True)
+    asked = record(tmp_path, text, **FOLLOWED)
     scene = scene_of(asked, voyage=NORTH)
     assert scene.ship.weather.time == (0.0, 7200.0, 14_400.0)
     motion = ShipMotion(scene)
@@ -269,8 +265,7 @@ def test_weather_that_cannot_be_is_refused_by_key(weather: dict[str, Any], said:
 
 
 def test_a_place_beyond_the_voyage_is_refused() -> None:
-    ports = {'departure': [0.0, 0.0], 'arrival': [10.0, 0.0], 'sails_at': 0.0, 'arrives_at': 1e6}
-    said = refusal(states_of({'waypoint': 2, **HIGH}), voyage=ports)
+    said = refusal(states_of({'waypoint': 2, **HIGH}), voyage=NORTH)
     assert 'waypoint = 2: is not a place of the voyage, which has 2' in said
 
 
