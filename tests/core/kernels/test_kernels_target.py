@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import ctypes
 import math
+import struct
 import threading
 from itertools import product
 from typing import Any
@@ -14,8 +16,6 @@ from tauto_core.kernels import entry, machine_code
 from tauto_core.kernels.entries import structure_of, unpacker
 from tauto_core.kernels.translation import Program
 from tauto_core.motion.lanes import combined, fma, largest, row_of, square_root, store, total
-
-numba = pytest.importorskip('numba')
 
 
 def of_lanes(rows: Any, x: float) -> Any:
@@ -43,9 +43,6 @@ def test_a_processor_without_vectors_gives_the_same_bits():
         name = f'entry_{number}'
         code = machine_code.object_code(text.replace('entry_of_a_test', name), processor, effort)
         call, (words, unpack) = machine_code.loaded(code, name), unpacker(layout)
-        import ctypes
-        import struct
-
         mine, back = rows.copy(), (ctypes.c_int64 * words)()
         assert call(struct.pack('qd', id(mine), 0.7), back) == 0
         found.append((unpack(back), mine.tobytes()))
@@ -99,6 +96,7 @@ def loops(values: Any, n: int) -> Any:
 )
 def test_numba_gives_the_same_bits(kernel, args):
     """numba is an independent compiler of the same language."""
+    numba = pytest.importorskip('numba')
     theirs = numba.njit(error_model='numpy')(kernel)(*args)
     assert np.array_equal(_flat(entry(kernel)(*args)), _flat(theirs))
 
