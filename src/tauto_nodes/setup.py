@@ -8,7 +8,7 @@ from setuptools import find_packages, setup
 
 PACKAGE = 'tauto_nodes'
 VERSION = '0.3.0.dev0'
-# colcon installs into a folder of the package, for `ros2 run`; pip into bin/, beside all others
+# colcon installs into a folder of the package, for `ros2 run`, and pip into the common bin/
 PREFIX = '' if {'install', 'develop'}.intersection(sys.argv) else 'tauto-'
 
 setup(

@@ -192,7 +192,7 @@ def test_two_namespaces_must_be_told_apart(tmp_path: Path) -> None:
     assert bag.namespace is None
     assert bag.scene is None, 'that of another program'
     assert '/planning/scene' in bag
-    with pytest.raises(BagError, match=r'ship/imu may be /a/ship/imu or /b/ship/imu; name'):
+    with pytest.raises(BagError, match=r'ship/imu may be /a/ship/imu or /b/ship/imu\. Name'):
         bag.samples('ship/imu')
     assert s.count(bag.samples('/b/ship/imu')) == 4
 
@@ -208,7 +208,7 @@ def test_one_namespace_is_found(tmp_path: Path) -> None:
 
 def test_a_missing_topic_names_those_there_are(voyage: Path) -> None:
     bag = read_bag(imu_file(voyage / 'x.mcap', 3))
-    with pytest.raises(BagError, match=r'no topic clock/reading; its topics are: /ship/imu'):
+    with pytest.raises(BagError, match=r'no topic clock/reading\. Its topics are: /ship/imu'):
         bag.samples(s.READING)
     assert s.READING not in bag
     assert bag.scene is None
@@ -217,7 +217,7 @@ def test_a_missing_topic_names_those_there_are(voyage: Path) -> None:
 @pytest.mark.parametrize(
     ('topic', 'ros_type', 'encoding', 'payload', 'problem'),
     [
-        ('/camera', 'Image', 'cdr', b'\0\1\0\0', 'Image; what can be decoded is std_msgs'),
+        ('/camera', 'Image', 'cdr', b'\0\1\0\0', 'Image. Tauto decodes std_msgs'),
         ('/camera', 'Imu', 'ros1', b'\0', "encoded as 'ros1'"),
         ('/camera', 'Imu', 'cdr', b'\0\1\0\0', r'x\.mcap: /camera: a payload of 4 bytes'),
         ('/ship/imu', 'NavSatFix', 'cdr', b'', 'NavSatFix, but must hold sensor_msgs/msg/Imu'),

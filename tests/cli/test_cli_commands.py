@@ -207,7 +207,7 @@ def test_a_voyage_that_is_stopped_keeps_a_readable_bag(
     assert run.returncode == 128 + number, run.stderr
     assert 'Traceback' not in run.stderr
     held = tmp_path / 'bag.partial' if replaces else bag
-    assert f'tauto: {held} holds what was written' in run.stderr
+    assert f'tauto: {held} holds the part that was written' in run.stderr
     replayed = json.loads(tauto('replay', held, '--json').stdout)
     # the first 200 of 1205 samples, 10 s, less what interpolation awaits
     assert 5 <= replayed['counts']['/clock/reading'] <= 10

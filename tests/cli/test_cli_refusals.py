@@ -50,7 +50,7 @@ REFUSALS = {
         'Keys here',
     ),
     'sail ideal --force': ('--force ', 'replaces the bag in --out. ', 'Give --out, too'),
-    'replay no_such_bag': ('no_such_bag ', 'does not exist; ', 'name a rosbag2 folder'),
+    'replay no_such_bag': ('no_such_bag ', 'does not exist. ', 'Name a rosbag2 folder'),
     'plot ideal sound': ("'sound': ", 'is not a picture. ', 'Choose one of error, rate, '),
     'plot ideal error --out x.jpg': ('--out x.jpg: ', PICTURES, 'Name another file'),
     'report ideal --out x.pdf': ('--out x.pdf: ', 'must end in .html. ', 'Name another file'),

@@ -105,4 +105,4 @@ def test_a_bag_cut_before_its_readings_says_that_it_was_cut(bag: Path, tmp_path:
     assert run.exit_code == 1
     assert 'there is no topic clock/reading' in run.stderr
     assert 'the chunk at byte 797 is damaged (2150 of' in run.stderr
-    assert 'see tauto bag check' in run.stderr
+    assert 'See tauto bag check' in run.stderr

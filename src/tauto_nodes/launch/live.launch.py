@@ -3,7 +3,7 @@
 ros2 launch tauto_nodes live.launch.py scene:=measured imu:=/xsens/imu out:=voyage
 
 The arguments are checked before anything starts. A node that dies is started again and goes on
-from its state; one that refuses to start ends the launch, with an exit code that is not 0. For a
+from its state. One that refuses to start ends the launch, with an exit code that is not 0. For a
 sensor on another machine set ROS_AUTOMATIC_DISCOVERY_RANGE.
 """
 
@@ -19,24 +19,24 @@ PARAMETERS = PathJoinSubstitution([FindPackageShare('tauto_nodes'), 'config', 'f
 ARGUMENTS = {
     'scene': ('measured', 'scene file (absolute path) or name of a built-in scene'),
     'imu': ('ship/imu', 'topic of the sensor, sensor_msgs/Imu'),
-    'imu_reliability': ('best_effort', 'what the sensor offers: best_effort or reliable'),
+    'imu_reliability': ('best_effort', 'reliability of the sensor: best_effort or reliable'),
     'imu_rotation': (
         '',
-        'roll, pitch and yaw of the sensor, in degrees, as in 0 0 90; empty: as the clock, or as '
-        'tf2 says',
+        'roll, pitch and yaw of the sensor, in degrees, as in 0 0 90. Empty: as the clock, or by '
+        'tf2',
     ),
     'observation': ('clock/observation', 'topic of the true time, sensor_msgs/TimeReference'),
     'fix': ('ship/fix', 'topic of the place, sensor_msgs/NavSatFix'),
-    'out': ('', 'folder of the bag; empty: nothing is recorded'),
-    'topics': ('', 'what the bag has besides, as in /imu/mag /battery'),
-    'anyway': ('false', 'sail machines and ships beyond all that are known, too'),
+    'out': ('', 'folder of the bag. Empty: no bag'),
+    'topics': ('', 'further topics of the bag, as in /imu/mag /battery'),
+    'anyway': ('false', 'also use machines and ships beyond all known ones'),
     'state_folder': (
         'default',
-        'folder for the states of the stages; default: one for each scene, in tauto_states of '
-        'ROS_HOME (~/.ros) or of TAUTO_FOLDER; none: none is saved',
+        'folder for the states of the stages. Default: one for each scene, in tauto_states of '
+        'ROS_HOME (~/.ros) or of TAUTO_FOLDER. `none`: no state',
     ),
     'use_sim_time': ('false', 'take the time from /clock, as from a simulator'),
-    'markers': ('true', 'draw ship and clock for RViz and Foxglove, while somebody looks'),
+    'markers': ('true', 'draw ship and clock for RViz and Foxglove, while one subscribes'),
     'namespace': ('', 'namespace of the nodes'),
     'executor': ('events', 'executor of the nodes: events or single'),
     'params_file': (PARAMETERS, 'parameters of all nodes'),
@@ -44,7 +44,7 @@ ARGUMENTS = {
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the nodes of the clock; the sensor is not among them."""
+    """Return the nodes of the clock, without the sensor."""
     return LaunchDescription(
         [
             *(

@@ -1,8 +1,8 @@
 """The nodes of voyage.launch.py and live.launch.py, which include this file.
 
-`ros2` belongs to the system's Python, which need not see what Tauto needs. So launch files import
-nothing of it: the program `launch_plan`, in the Python of the nodes, checks the arguments and says
-what to start.
+`ros2` belongs to the system's Python, which may lack Tauto's packages. So launch files do not
+import Tauto: the program `launch_plan`, in the Python of the nodes, checks the arguments and names
+the nodes to start.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from launch_ros.substitutions import ExecutableInPackage
 
 STOP_S, KILL_S = '60', '600'
 """Time that a node has after SIGINT until SIGTERM, and after that until SIGKILL [s]. Launch's own
-is 5 s; a recorder that is killed before it has closed its bag leaves it without metadata, and on a
+is 5 s. A recorder that is killed before it has closed its bag leaves it without metadata, and on a
 busy machine that takes minutes. Launch does not see whether a node still gets on."""
 
 AGAIN_S = 1.0
@@ -37,7 +37,7 @@ REFUSED = 2
 
 
 def _folder() -> Path:
-    """Return a folder that is removed with this process; if that is killed, at the next start.
+    """Return a folder that is removed with this process, or, if it is killed, at the next start.
 
     From a mapping of parameters launch_ros makes a temporary file for each node, and leaves it.
     """
@@ -51,7 +51,7 @@ def _folder() -> Path:
 
 
 def _nodes(context: Any) -> list[Any]:
-    """Return the nodes to start; RuntimeError in the words of the check where it refuses."""
+    """Return the nodes to start. RuntimeError with the reason of a refusal."""
     given = {name: str(value) for name, value in context.launch_configurations.items()}
     known = given['known'].split()
     folder = _folder()
@@ -97,7 +97,7 @@ def _ended(name: str, given: dict[str, str]) -> Callable[[Any, Any], list[Any]]:
     """Return the action for a node that has ended.
 
     A live node is started again, unless it has finished or refuses to start. The good end
-    of a voyage's recorder is the end of the voyage; where a node ends early, launch ends
+    of a voyage's recorder is the end of the voyage. If a node ends early, launch ends
     the others, and itself with 1. A voyage goes on without `markers`.
     """
 
@@ -112,8 +112,8 @@ def _ended(name: str, given: dict[str, str]) -> Callable[[Any, Any], list[Any]]:
             held = told['rosbag2_bagfile_information'].get('custom_data') or {}
             if str(held.get('cut_short')).lower() == 'true':
                 raise RuntimeError(
-                    f'node {name} was stopped before the voyage was over; {given["out"]} holds '
-                    'what was sailed until then, and says so (cut_short)'
+                    f'node {name} was stopped before the voyage was over. {given["out"]} holds '
+                    'the voyage until then, marked cut_short'
                 )
             return [Shutdown(reason='the voyage is over')]
         raise RuntimeError(f'node {name} ended with exit code {code} before its time')

@@ -3,7 +3,7 @@
 ros2 launch tauto_nodes voyage.launch.py scene:=measured speed:=60.0 out:=bags/out/measured
 
 The arguments are checked before anything starts. The launch ends when the recorder has everything
-and has closed the bag, and with the first node that ends otherwise; its exit code is then not 0.
+and has closed the bag, and with the first node that ends otherwise. Its exit code is then not 0.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ from launch_ros.substitutions import FindPackageShare
 PARAMETERS = PathJoinSubstitution([FindPackageShare('tauto_nodes'), 'config', 'voyage.yaml'])
 ARGUMENTS = {
     'scene': ('measured', 'scene file (absolute path) or name of a built-in scene'),
-    'speed': ('60.0', 'sea seconds in a second; 0.0: as fast as the graph can'),
-    'duration': ('0.0', "replaces the duration of the scene [s]; 0.0: the scene's own"),
+    'speed': ('60.0', 'sea seconds in a second, or 0.0: as fast as the graph can'),
+    'duration': ('0.0', "replaces the duration of the scene [s], or 0.0: the scene's own"),
     'out': ('voyage', 'folder of the bag'),
     'force': ('false', 'replace a bag that is there'),
     'anyway': ('false', 'sail machines and ships beyond all that are known, too'),
@@ -31,7 +31,7 @@ ARGUMENTS = {
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the graph; the parameter file makes the nodes wait for each other."""
+    """Return the graph. The parameter file makes the nodes wait for each other."""
     return LaunchDescription(
         [
             *(

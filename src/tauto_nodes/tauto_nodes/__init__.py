@@ -1,4 +1,4 @@
-"""Tauto as ROS 2 nodes; here its exceptions, whose messages name thing, value, limit, remedy."""
+"""Tauto as ROS 2 nodes, with their exceptions. Messages name thing, value, limit and remedy."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ class NodesError(TautoError):
 
 
 class ParameterError(NodesError):
-    """Parameters that a node cannot start with; nothing was started."""
+    """Parameters with which a node cannot start."""
 
     exit_code = 2
 

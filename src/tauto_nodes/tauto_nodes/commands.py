@@ -1,4 +1,4 @@
-"""What the command line and the launch files start: `tauto graph`, `tauto play`, `launch_plan`."""
+"""Programs of command line and launch files: `tauto graph`, `tauto play`, `launch_plan`."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from tauto_core.bags import Bag
 
 # -----------------------------------------------------------------------------
-# `tauto graph` and `tauto play`; the command line loads them from the group `tauto.commands`.
+# `tauto graph` and `tauto play`. The command line loads them from the group `tauto.commands`.
 
 MAX_SPEED = 1e6
 MOST_COMPLAINTS = 20
@@ -57,7 +57,7 @@ def graph(
     ] = '60',
     out: Annotated[
         Path | None,
-        typer.Option(metavar='DIR', help='Folder of the bag; default: bags/out/SCENE.'),
+        typer.Option(metavar='DIR', help='Folder of the bag. Default: bags/out/SCENE.'),
     ] = None,
     force: Annotated[bool, option_of('sail', 'force')] = False,
     anyway: Annotated[bool, option_of('sail', 'anyway')] = False,
@@ -114,8 +114,8 @@ def graph(
         typer.echo(f'tauto: the graph said {more} things more', err=True)
     if outcome.signal:
         sailed = any(numbers['written'] for numbers in outcome.counts.values())
-        kept = f'{folder} holds what was sailed until then' if sailed else 'nothing was sailed yet'
-        typer.echo(f'tauto: stopped early; {kept}', err=True)
+        kept = f'{folder} holds the voyage until then' if sailed else 'no message was recorded yet'
+        typer.echo(f'tauto: stopped early, {kept}', err=True)
         raise typer.Exit(128 + outcome.signal)
     result: dict[str, Any] = {
         **summarise_bag(folder),
@@ -135,7 +135,7 @@ def graph(
 
 
 def _playable(path: Path, rate: float, topics: list[str]) -> Bag:
-    """Return the bag; refuse a rate or topics that cannot be played, in the command's words."""
+    """Return the bag. Refuse a rate or topics that cannot be played, by the command's options."""
     from tauto_core.bags import read_bag
     from tauto_nodes.live.parameters import PARAMETERS
     from tauto_nodes.live.player import ports_of
@@ -152,9 +152,9 @@ def _playable(path: Path, rate: float, topics: list[str]) -> Bag:
             ports_of(bag, asked)
         except ParameterError:
             said = (
-                f'--topic {asked[0]}: is not in {path}; name one of'
+                f'--topic {asked[0]}: is not in {path}. Name one of'
                 if topics
-                else (f'{path}: has nothing that drives the graph; name with --topic')
+                else (f'{path}: has no topic that drives the graph. Name topics with --topic')
             )
             raise UsageError(f'{said} {has}') from None
     return bag
@@ -169,7 +169,8 @@ def play(
     topic: Annotated[
         list[str] | None,
         typer.Option(
-            metavar='TOPIC', help='A topic to play, or all; default: what drives the graph.'
+            metavar='TOPIC',
+            help='A topic to play, or all. Default: the topics that drive the graph.',
         ),
     ] = None,
     namespace: Annotated[str, typer.Option(metavar='NAME', help='Namespace to play into.')] = '',
@@ -197,10 +198,10 @@ def play(
 # -----------------------------------------------------------------------------
 # The program `launch_plan`: it checks the arguments of a launch file and plans its nodes.
 #
-# `ros2 launch` runs in the system's Python, which need not see what the nodes need, so the launch
+# `ros2 launch` runs in the system's Python, which may lack the nodes' packages, so the launch
 # files ask this program, which runs in the Python of the nodes.
 
-# Arguments that are parameters of the same name, with a node whose table has them.
+# arguments that are parameters of the same name, with a node that has them
 _ROLES = {
     'speed': 'ship_motion',
     'duration': 'ship_motion',
@@ -246,7 +247,7 @@ def problems_of(given: Mapping[str, str]) -> list[str]:
     except TautoError as error:
         return [spelled(error.message, as_parameter)]
     nowhere = not given['out'] and 'speed' in given
-    return ['out :=: a voyage is recorded; name a folder'] if nowhere else []
+    return ['out :=: must name the folder of the bag'] if nowhere else []
 
 
 def state_folder(given: Mapping[str, str]) -> str:
@@ -266,9 +267,9 @@ def state_folder(given: Mapping[str, str]) -> str:
 
 
 def strangers_of(typed: Iterable[str], known: Iterable[str]) -> list[str]:
-    """Return the typed arguments that resemble a known one, in words; launch would ignore them.
+    """Return a text for each typed argument that resembles a known one. Launch would ignore it.
 
-    Others may be those of a launch file that includes ours.
+    Other unknown ones may belong to a launch file that includes ours.
     """
     names = [argument.partition(':=')[0] for argument in typed]
     near = {
@@ -276,7 +277,7 @@ def strangers_of(typed: Iterable[str], known: Iterable[str]) -> list[str]:
         for name in names
         if name not in known and (match := difflib.get_close_matches(name, known, 1, 0.75))
     }
-    return [f'{name}: no such argument; the nearest is {match}' for name, match in near.items()]
+    return [f'{name}: no such argument. The nearest is {match}' for name, match in near.items()]
 
 
 # The parameters of the nodes of each kind of launch, by executable.
@@ -330,7 +331,7 @@ def _is_true(flag: str) -> bool:
 
 
 def launch_plan() -> None:
-    """Answer the question on standard input, in JSON; exit code 2 says that the launch is refused.
+    """Answer the question on standard input, in JSON. Exit code 2 refuses the launch.
 
     The question has the `kind` of launch, the arguments `given`, the words `typed`, the `folder`
     for the parameters, and the process of the launch, the `supervisor`. The answer has the names

@@ -227,7 +227,7 @@ def test_a_driver_restarted_in_another_frame_is_an_error_and_then_taken(bench: B
     publisher, heard = with_sensor(bench, trochlea)
     send(publisher, replace(still_sensor(5.0), frame_id='mast'), bench, trochlea)
     send(publisher, replace(still_sensor(9.0, 5.0), frame_id='keel'), bench, trochlea)
-    words = "ship/imu: frame 'keel', not 'mast' as before; such messages are left aside"
+    words = "ship/imu: frame 'keel', not 'mast' as before. Such messages are ignored"
     bench.until(lambda: heard.says('trochlea', DiagnosticStatus.ERROR, words))
     bench.until(lambda: heard.says('trochlea', DiagnosticStatus.ERROR, 'nothing for 0.2 s'))
     send(publisher, replace(still_sensor(9.0, 14.0), frame_id='keel'), bench, trochlea)

@@ -166,7 +166,7 @@ def at_sea(folder: Path, *arguments: str) -> Iterator[Launch]:
     [
         ('voyage', 'speed:=abc', 'speed := abc: must lie in'),
         ('voyage', 'speed:=-1', 'speed = -1.0: must lie in'),
-        ('voyage', 'sped:=5.0', 'sped: no such argument; the nearest is speed'),
+        ('voyage', 'sped:=5.0', 'sped: no such argument. The nearest is speed'),
         ('voyage', 'duration:=a_day', 'duration := a_day: must lie in'),
         ('voyage', 'scene:=no_such', 'no_such: there is no such file or built-in scene'),
         ('voyage', 'executor:=multi', "executor = 'multi': must be one of events, single"),

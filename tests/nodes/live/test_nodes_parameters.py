@@ -36,13 +36,13 @@ GRAPH_ROLES = [
     [
         ('ship_motion', 'speed', -1.0, 'speed = -1.0: must lie in [0, 1e+06] s/s'),
         ('ship_motion', 'speed', math.nan, 'speed = nan: must lie in'),
-        ('ship_motion', 'speed', 2, 'speed = 2: is an integer, must be a double; write 2.0'),
+        ('ship_motion', 'speed', 2, 'speed = 2: is an integer, must be a double. Write 2.0'),
         ('ship_motion', 'speed', 'fast', "speed = 'fast': is of type string, must be double"),
         (
             'ship_motion',
             'sped',
             2.0,
-            'sped: no such parameter of ship_motion; the nearest is speed',
+            'sped: no such parameter of ship_motion. The nearest is speed',
         ),
         ('trochlea', 'imu_reliability', 'besteffort', 'must be one of reliable, best_effort'),
         ('trochlea', 'scene', '', "scene = '': must be given"),
@@ -80,7 +80,7 @@ def test_paths_stay_in_the_folder_that_the_environment_names(
     stray = value.format(folder)
     assert table[name].problem(stray) == ''
     monkeypatch.setenv('TAUTO_FOLDER', str(folder))
-    assert f'{name} = {stray!r}: lies outside of TAUTO_FOLDER' in table[name].problem(stray)
+    assert f'{name} = {stray!r}: is outside of TAUTO_FOLDER' in table[name].problem(stray)
     assert table[name].problem(str(folder / 'inside')) == ''
     assert PARAMETERS['longitude'][0].problem('measured') == ''
 
@@ -102,7 +102,7 @@ def test_a_file_may_be_shared_but_a_section_of_its_own_is_checked(tmp_path: Path
         'shared': ({'/**': shared}, 'there is no such file or built-in scene'),
         'own': (
             {'/**': shared, 'longitude': {'ros__parameters': {'scne': 'ideal'}}},
-            'scne: no such parameter of longitude; the nearest is scene',
+            'scne: no such parameter of longitude. The nearest is scene',
         ),
         'wild': (
             {'/**/longitude': {'ros__parameters': {'speed': 2.0}}},
@@ -164,7 +164,7 @@ def test_sections_of_a_parameter_file(section: str, tmp_path: Path) -> None:
 )
 def test_a_misspelt_qos_override_is_refused(key: str, nearest: str, ros: Any) -> None:
     ros(('-p', f'qos_overrides.{key}:=7'))
-    with pytest.raises(ParameterError, match=r'no publisher or subscription') as refusal:
+    with pytest.raises(ParameterError, match=r'is not of a publisher or subscription') as refusal:
         TrochleaNode(**overrides(source='foreign'))
     assert f'the nearest is qos_overrides.{nearest}' in str(refusal.value)
 
@@ -305,7 +305,7 @@ def test_the_plan_of_a_launch_has_parameters_that_its_nodes_have(
 def test_a_plan_is_refused_in_words(tmp_path: Path) -> None:
     run = planned(tmp_path, 'voyage', ['sped:=5.0'], speed='abc')
     assert run.returncode == 2
-    assert 'sped: no such argument; the nearest is speed' in run.stderr
+    assert 'sped: no such argument. The nearest is speed' in run.stderr
     assert 'speed := abc: must lie in' in run.stderr
     assert 'Traceback' not in run.stderr
     assert not (tmp_path / 'parameters.yaml').exists()
@@ -334,7 +334,7 @@ VOYAGE = {
         ({'params_file': 'nowhere.yaml'}, 'there is no such file'),
         ({'scene': 'no_such_scene'}, 'no_such_scene'),
         ({'out': str(PACKAGE)}, 'exists already'),
-        ({'out': ''}, 'name a folder'),
+        ({'out': ''}, 'must name the folder'),
     ],
 )
 def test_a_launch_is_refused_before_anything_starts(wrong: dict[str, str], said: str) -> None:
@@ -347,8 +347,8 @@ def test_a_launch_is_refused_before_anything_starts(wrong: dict[str, str], said:
 @pytest.mark.parametrize(
     ('typed', 'said'),
     [
-        (['sped:=5.0', 'out:=bag'], ['sped: no such argument; the nearest is speed']),
-        (['durations:=5.0'], ['durations: no such argument; the nearest is duration']),
+        (['sped:=5.0', 'out:=bag'], ['sped: no such argument. The nearest is speed']),
+        (['durations:=5.0'], ['durations: no such argument. The nearest is duration']),
         (['robot_name:=x', 'launch-prefix:=nice', 'speed:=1'], []),
     ],
 )

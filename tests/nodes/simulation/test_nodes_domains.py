@@ -99,7 +99,7 @@ def test_a_graph_without_a_loopback_interface_says_so_at_once(tmp_path: Path) ->
         timeout=300.0,
     )
     assert done.returncode == 1, done.stderr
-    assert 'nothing that is sent to 127.0.0.1 arrives' in done.stderr
+    assert 'messages to 127.0.0.1 do not arrive' in done.stderr
     assert not (tmp_path / 'bag').exists()
 
 

@@ -158,7 +158,7 @@ def test_an_old_bag_is_not_taken_for_what_was_sailed(tmp_path: Path) -> None:
     process.send_signal(signal.SIGTERM)
     _, words = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 143, words
-    assert 'nothing was sailed yet' in words
+    assert 'no message was recorded yet' in words
     assert read_bag(out).counts['/ship/imu'] == 105
 
 
@@ -327,7 +327,7 @@ def test_a_full_disk_is_told_and_the_bag_has_its_end(tmp_path: Path) -> None:
     )
     assert done.returncode == 1, done.stderr
     assert 'node recorder ended with exit code 1 before the voyage did' in done.stderr
-    assert 'bag_0.mcap cannot be written (No space left on device); make room' in done.stderr
+    assert 'bag_0.mcap cannot be written (No space left on device). Make room' in done.stderr
     assert 'Traceback' not in done.stderr
     found = check_bag(kept / 'bag')
     assert found.cut_short

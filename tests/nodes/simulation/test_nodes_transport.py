@@ -281,7 +281,7 @@ def test_a_graph_takes_nothing_from_a_stranger_and_names_it(
     publisher = stranger.create_publisher(Imu, SHIP_IMU, 10)
     bench.until(lambda: 'compass' in ''.join(source.flow.strangers()))
     publisher.publish(Imu())
-    assert source.flow.strangers() == ['/compass publishes ship/imu, too; the graph ignores it']
+    assert source.flow.strangers() == ['/compass publishes ship/imu, too. The graph ignores it']
     bench.until(lambda: '/compass publishes' in assess(source, time.monotonic())[1])
     source.set_parameters([Parameter('speed', value=0.0)])  # the rest flat out
     bench.until(lambda: sink.over)

@@ -1,4 +1,4 @@
-"""Check whether a bag is complete; recover the readable part of a damaged one."""
+"""Check whether a bag is complete. Recover the readable part of a damaged one."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ _PART = 10_000
 _MOST_HOLES = 1_000
 HOLES = 'holes'
 """Metadata of a recovered bag: lists of topic, number of messages, log times of the first and the
-last [ns], and whether they were kept with a wrong checksum; the others are lost.
+last [ns], and whether they were kept with a wrong checksum (the others are lost).
 """
 
 
@@ -47,9 +47,9 @@ last [ns], and whether they were kept with a wrong checksum; the others are lost
 class BagReport:
     """The findings about a bag.
 
-    `damage` can be repaired by `recover`: ends, chunks, indices, metadata. `faults` are in the
-    recorded content: messages that do not decode, stamps that go back. `marks` are what the bag's
-    own metadata say for ever: that it was cut short, or has holes. `notes` are harmless.
+    `recover` repairs `damage`: ends, chunks, indices, metadata. `faults` are in the recorded
+    content: messages that do not decode, stamps that go back. `marks` come from the bag's own
+    metadata: it was cut short, or has holes. `notes` are harmless.
     """
 
     bag: Bag
@@ -59,7 +59,7 @@ class BagReport:
     custom: dict[str, Any] = field(default_factory=dict)
     """The metadata's `custom_data`, from metadata.yaml and from the MCAP files."""
     counted: int = 0
-    """Number of messages according to valid indices; files without one count none."""
+    """Number of messages according to valid indices, without files that have no index."""
 
     @property
     def cut_short(self) -> bool:
@@ -68,17 +68,17 @@ class BagReport:
 
     @property
     def marks(self) -> list[str]:
-        """What the metadata say is missing or doubtful, as sentences."""
+        """Missing or doubtful messages by the metadata, as sentences."""
         return _sentences(self.bag.path, _marks(self.custom))
 
     @property
     def whole(self) -> bool:
-        """Whether nothing is missing or wrong."""
+        """Whether the bag is complete and correct."""
         return not (self.damage or self.faults or self.marks)
 
 
 def marks_of(bag: Bag) -> tuple[dict[str, Any], list[str]]:
-    """Return what the metadata of a bag say is missing or doubtful, and that as sentences.
+    """Return the metadata about missing or doubtful messages, and the same as sentences.
 
     Its recording was cut short, or it was recovered from a damaged one and has holes.
     """
@@ -98,7 +98,7 @@ def _sentences(path: Path, marks: Mapping[str, Any]) -> list[str]:
 
 
 def holes_in(custom: Mapping[str, Any]) -> list[Hole]:
-    """Return the holes that metadata list; one of unknown size for what is no such list."""
+    """Return the holes that metadata list, or one of unknown size if they are not a list."""
     try:
         listed = [
             Hole(str(topic), int(number), int(from_ns), int(to_ns), bool(corrupt))
@@ -112,7 +112,7 @@ def holes_in(custom: Mapping[str, Any]) -> list[Hole]:
 
 
 def joined(holes: list[Hole]) -> list[Hole]:
-    """Return holes by their time; where there are very many, one for the last of them."""
+    """Return holes by their time. If there are very many, one stands for the last of them."""
     holes = sorted(holes, key=lambda hole: (hole.from_ns, hole.topic))
     if tail := holes[_MOST_HOLES:]:
         holes[_MOST_HOLES:] = [Hole('', 0, tail[0].from_ns, max(hole.to_ns for hole in tail))]
@@ -122,8 +122,8 @@ def joined(holes: list[Hole]) -> list[Hole]:
 def check_bag(path: Path, *, keep_corrupt: bool = False) -> BagReport:
     """Read all of a bag and return its faults.
 
-    With `keep_corrupt` the messages of a chunk with a wrong checksum are read as well. Nothing
-    there is a BagPlaceError, no file of MCAP a BagError.
+    With `keep_corrupt` the messages of a chunk with a wrong checksum are read as well. A missing
+    bag is a BagPlaceError, a bag without MCAP files a BagError.
     """
     report = survey(path, keep_corrupt=keep_corrupt)
     for file in report.bag.files:
@@ -135,7 +135,7 @@ def check_bag(path: Path, *, keep_corrupt: bool = False) -> BagReport:
 
 
 def survey(path: Path, *, keep_corrupt: bool = False) -> BagReport:
-    """Read all files of a bag, whatever its indices and metadata say; note damage on the way."""
+    """Read all files of a bag, without its indices and metadata, and note damage."""
     damage: list[str] = []
     refusals: list[BagError] = []
     files: list[McapFile] = []
@@ -167,8 +167,8 @@ def survey(path: Path, *, keep_corrupt: bool = False) -> BagReport:
 def _custom(path: Path, files: list[McapFile]) -> dict[str, Any]:
     """Return the `custom_data` of the files' own metadata and of metadata.yaml.
 
-    Metadata of a file that cannot be understood are a warning about it; those beside it are left
-    out, since `find_files` refuses them.
+    Unreadable metadata of a file are a warning about it. An unreadable metadata.yaml is left out,
+    since `find_files` refuses it.
     """
     custom: dict[str, Any] = {}
     for file in files:
@@ -182,7 +182,7 @@ def _custom(path: Path, files: list[McapFile]) -> dict[str, Any]:
 
 
 def _mapping(content: object, key: str = '') -> dict[str, Any]:
-    """Return a mapping, or the one at a key of it; an empty one where there is none."""
+    """Return a mapping, or the one at a key of it. Anything else counts as empty."""
     if key:
         content = _mapping(content).get(key)
     return content if isinstance(content, dict) else {}
@@ -362,8 +362,8 @@ def _check_content(report: BagReport) -> None:
             reading.judge()
     report.faults += [reading.fault for reading in topics.values() if reading.fault]
     late = {topic: reading for topic, reading in topics.items() if reading.steps_back}
-    text = ' times a log time lies before the one before it'
-    # rosbag2 notes when a message came; on /rosout, of all nodes, those times cross
+    text = ' times a log time is before the one before it'
+    # rosbag2 notes the time of receipt, and on /rosout the times of several nodes cross
     typed = [reading for reading in late.values() if reading.ros_type in MESSAGE_TYPES]
     report.faults += [f'{item.origin}: {item.steps_back}{text}' for item in typed]
     report.notes += [
@@ -373,7 +373,7 @@ def _check_content(report: BagReport) -> None:
 
 
 def _check_scene(report: BagReport) -> None:
-    """Note where the scene is not the first message."""
+    """Note a scene that is missing or not the first message."""
     bag = report.bag
     scenes = [topic for topic in bag.topics if f'/{topic.lstrip("/")}'.endswith(f'/{SCENE}')]
     if not scenes:
@@ -391,7 +391,7 @@ def _check_scene(report: BagReport) -> None:
 
 
 # -----------------------------------------------------------------------------
-# Makes a new bag from the readable part of one whose recording was cut short.
+# Makes a new bag from the readable part of a damaged one.
 
 
 @dataclass(frozen=True)
@@ -404,8 +404,8 @@ class Recovered:
         start_ns: their first log time [ns].
         end_ns: their last log time [ns].
         lost: descriptions of damaged parts that are left out or were made again.
-        missing: number of messages that a valid index counts and that cannot be read; messages
-            after a truncation are not counted anywhere.
+        missing: number of unreadable messages that a valid index counts. Messages after a
+            truncation are not counted anywhere.
     """
 
     path: Path
@@ -420,32 +420,30 @@ def recover_bag(path: Path, out: Path | None = None, *, keep_corrupt: bool = Fal
     """Write a new bag with every message that can be read, as it was recorded.
 
     The original, a folder or an .mcap file, is only read. Messages keep their bytes, order, log
-    and publish times and sequence numbers; a split bag becomes one file. The new bag is marked
-    `cut_short` unless the recording is known to have ended normally, and says for ever which
-    messages were lost (`holes`). With `keep_corrupt` the messages of a chunk of the right size and
-    a wrong checksum are kept, and listed there, too. Without `out` it is beside the old one, with
-    `_recovered` appended to its name.
+    and publish times and sequence numbers. A split bag becomes one file. The new bag is marked
+    `cut_short` unless the recording is known to have ended normally, and lists the lost messages
+    (`holes`). With `keep_corrupt` the messages of a chunk of the right size and a wrong checksum
+    are kept, and listed there, too. Without `out` it has the old name and `_recovered`.
 
-    A BagPlaceError: nothing at `path`; `out` exists or lies in the bag itself. A BagError: nothing
-    is damaged, no message can be read, or the file system refuses.
+    Raises:
+        BagPlaceError: there is no bag, or `out` exists or is in the bag itself.
+        BagError: the bag is not damaged, no message can be read, or the file system refuses.
     """
     report = check_bag(path, keep_corrupt=keep_corrupt)
     if not report.damage:
         raise BagError(
-            f'{path}: its files are whole, so there is nothing to recover'
+            f'{path}: its files are whole and need no recovery'
             + (f' (`tauto bag check` says what else: {report.faults[0]})' if report.faults else '')
         )
     absolute = path.resolve()
     name = absolute.stem if absolute.is_file() else absolute.name
     out = out or absolute.with_name(f'{name}_recovered')
     if absolute.is_dir() and out.resolve().is_relative_to(absolute):
-        raise BagPlaceError(f'{out} lies in the bag that is recovered; name another folder')
+        raise BagPlaceError(f'{out} is in the bag that is recovered. Name another folder')
     check_folder(out)
     start_ns, end_ns = report.bag.start_ns, report.bag.end_ns
     if start_ns is None or end_ns is None:
-        raise BagError(
-            f'{path}: no message can be read ({report.damage[0]}), so nothing can be recovered'
-        )
+        raise BagError(f'{path}: no message can be read ({report.damage[0]}) or recovered')
     keys: dict[str, str] = {}
     with BagWriter(out) as writer:
         for file in report.bag.files:

@@ -1,9 +1,9 @@
 """CDR payloads: batches of samples to serialised messages and back.
 
-Messages whose strings and sequences have equal lengths have equal layouts. So one payload is laid
-out, and numpy copies it and fills in the numbers of a whole batch. Padding is zero, so payloads
-are the same bits wherever they are made. rmw_fastrtps leaves arbitrary padding and up to 8 bytes
-after the message; both are accepted.
+Messages with strings and sequences of equal lengths have equal layouts: one payload is laid out,
+and numpy copies it and fills in the numbers of a batch. Padding is zero, so payloads have the same
+bits everywhere. Arbitrary padding, and up to 8 bytes after a message, as of rmw_fastrtps, are
+accepted.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from tauto_core.scene.times import NS_PER_S
 # -----------------------------------------------------------------------------
 # The layout of one CDR payload: the places of its numbers, given its strings and lengths.
 #
-# Plain CDR, version 1, after the four-byte encapsulation header of ROS 2; primitives are aligned
+# Plain CDR, version 1, after the four-byte encapsulation header of ROS 2. Primitives are aligned
 # to their size, counted from the end of that header (OMG DDSI-RTPS 2.5, section 10).
 
 HEADER_BYTES = 4
@@ -43,7 +43,7 @@ _BYTE_ORDER = {0: '>', 1: '<'}
 _Row: TypeAlias = tuple[str, str, int]
 Text: TypeAlias = str | tuple[str, ...] | int
 
-# The last layout of each type; messages that come one at a time seldom change it.
+# The last layout of each type. Messages that come one at a time seldom change it.
 _recent: dict[str, Layout] = {}
 
 
@@ -67,7 +67,7 @@ class Layout:
 
 @lru_cache(maxsize=256)
 def template(topic: str, texts: tuple[Text, ...]) -> tuple[bytes, np.dtype[np.void]]:
-    """Return the payload of a sample whose numbers are zero, and the structure of its numbers.
+    """Return the payload of a sample with numbers of zero, and the structure of its numbers.
 
     Texts are the values of the fields of variable length, in their order: strings, tuples of
     strings, and the lengths of sequences of numbers. A string that UTF-8 or C cannot represent is
@@ -112,13 +112,13 @@ def _put_text(topic: str, field: Field, out: bytearray, text: str) -> None:
         octets = text.encode()
     except UnicodeEncodeError as error:
         raise BagError(
-            f'{topic}: {field.sample} = {text!r} is not Unicode ({error.reason}); remove the '
+            f'{topic}: {field.sample} = {text!r} is not Unicode ({error.reason}). Remove the '
             'character'
         ) from None
     if b'\x00' in octets:
         raise BagError(
             f'{topic}: {field.sample} = {text!r} holds a zero character, which ends a ROS '
-            'string; remove it'
+            'string. Remove it'
         )
     _put_length(out, len(octets) + 1)
     out += octets + b'\x00'
@@ -135,7 +135,7 @@ class _Cursor:
         self.words = [(0, payload[:2])]
 
     def skip(self, field: Field, size: int, length: int = 1) -> int:
-        """Step over `length` primitives of `size` bytes; return the place of the first."""
+        """Step over `length` primitives of `size` bytes. Return the place of the first."""
         begin = self.at + -(self.at - HEADER_BYTES) % size
         self.at = begin + size * length
         if self.at > len(self.payload):
@@ -149,7 +149,7 @@ class _Cursor:
         return int(struct.unpack_from(f'{self.order}I', self.payload, begin)[0])
 
     def text(self, field: Field) -> str:
-        """Return a string; the zero at its end is not part of it."""
+        """Return a string, without the zero at its end."""
         length = self.length(field)
         begin = self.skip(field, 1, length)
         octets = self.payload[begin : self.at]
@@ -158,7 +158,7 @@ class _Cursor:
             return octets.removesuffix(b'\x00').decode()
         except UnicodeDecodeError:
             raise BagError(
-                f'{self.origin}: {field.message} = {octets!r} is not UTF-8; the publisher must '
+                f'{self.origin}: {field.message} = {octets!r} is not UTF-8. The publisher must '
                 'send UTF-8'
             ) from None
 
@@ -183,7 +183,7 @@ def scan(message: MessageType, origin: str, payload: bytes) -> Layout:
             if length > MOST_NAMES:
                 raise BagError(
                     f'{origin}: {field.message} has {length:,} names, and at most {MOST_NAMES:,} '
-                    'are read; the publisher is no clock or ship'
+                    'are read. The publisher is not a clock or a ship'
                 )
             texts[field.sample] = tuple(cursor.text(field) for _ in range(length))
         elif field.kind == 'float64[]':
@@ -214,13 +214,13 @@ def scan(message: MessageType, origin: str, payload: bytes) -> Layout:
 
 
 def byte_order(origin: str, payload: bytes) -> str:
-    """Return numpy's sign of the byte order in the encapsulation header; BagError if not CDR."""
+    """Return numpy's sign of the byte order in the encapsulation header. BagError if not CDR."""
     kind = int.from_bytes(payload[:2], 'big') if len(payload) >= HEADER_BYTES else -1
     if kind not in _BYTE_ORDER:
         head = bytes(payload[:HEADER_BYTES]).hex(' ')
         raise BagError(
             f'{origin}: a payload of {len(payload)} bytes that begins with {head!r} is not plain '
-            'CDR (00 00 or 00 01); record with a ROS 2 middleware'
+            'CDR (00 00 or 00 01). Record with a ROS 2 middleware'
         )
     return _BYTE_ORDER[kind]
 
@@ -228,7 +228,7 @@ def byte_order(origin: str, payload: bytes) -> str:
 def cut_short(origin: str, what: str, payload: bytes) -> BagError:
     """Return the error for a payload that ends within the field `what`."""
     return BagError(
-        f'{origin}: a payload of {len(payload)} bytes ends within {what}; the message is cut or '
+        f'{origin}: a payload of {len(payload)} bytes ends within {what}. The message is cut or '
         'of another type'
     )
 
@@ -248,11 +248,11 @@ def encode(topic: str, samples: Samples) -> list[bytes]:
     if not isinstance(samples, message.samples):
         raise BagError(
             f'{topic}: got {type(samples).__name__}, but the topic carries '
-            f'{message.samples.__name__}; hand over a batch of that class'
+            f'{message.samples.__name__}. Hand over a batch of that class'
         )
     values = {field.name: getattr(samples, field.name) for field in fields(samples)}
     _check_shapes(topic, message, values, count(samples))
-    # Runs of samples whose strings are equal have one layout.
+    # Runs of samples with equal strings have one layout.
     n = count(samples)
     changes = np.zeros(max(n - 1, 0), np.bool_)
     for field in message.fields:
@@ -279,8 +279,8 @@ def encode(topic: str, samples: Samples) -> list[bytes]:
                 low, high = _SECONDS_RANGE
                 if not (low <= seconds.min() and seconds.max() <= high):
                     raise BagError(
-                        f'{topic}: {field.sample} lies between {seconds.min()} s and '
-                        f'{seconds.max()} s, but a ROS time lies in [{low}, {high}] s; choose a '
+                        f'{topic}: {field.sample} is between {seconds.min()} s and '
+                        f'{seconds.max()} s, but a ROS time is within [{low}, {high}] s. Choose a '
                         'nearer starts_at'
                     )
                 block[f'{field.sample}.sec'] = seconds
@@ -295,7 +295,7 @@ def encode(topic: str, samples: Samples) -> list[bytes]:
 def decode(topic: str, payloads: Sequence[bytes], stamps_ns: IntArray) -> Samples:
     """Return the samples of serialised messages, in their order.
 
-    The topic is a key of `TOPICS`; payloads are CDR of either byte order, by any publisher. Log
+    The topic is a key of `TOPICS`. Payloads are CDR of either byte order, by any publisher. Log
     times become the stamps of messages without a header. Payloads that are not CDR of the topic's
     type, several frames or sets of joint names on one topic, and joint arrays that do not match
     the names are a BagError.
@@ -326,7 +326,7 @@ def decode_as(
             length = getattr(samples, what).shape[1]
             if length != names and (length or what == 'position'):
                 raise BagError(
-                    f'{origin}: {what} has {length} elements for {names} names; the publisher '
+                    f'{origin}: {what} has {length} elements for {names} names. The publisher '
                     'must send one a name' + ('' if what == 'position' else ', or none')
                 )
     return samples
@@ -433,7 +433,7 @@ def _lengths(first: NDArray[Any], second: NDArray[Any]) -> tuple[str, str]:
 
 def _mixed(origin: str, field: Field, first: str, second: str) -> BagError:
     return BagError(
-        f'{origin}: {field.message} is {first} in one message and {second} in another; a topic '
+        f'{origin}: {field.message} is {first} in one message and {second} in another. A topic '
         'must have one source: record or remap them apart'
     )
 

@@ -34,9 +34,9 @@ METADATA = 'metadata.yaml'
 # MCAP as octets: records, the messages among them, and the content of chunks.
 #
 # A record is an opcode, a length and a body, both in the file and in a decompressed chunk (MCAP
-# specification, sections Records and Chunk). Whole records before a truncation can be read; a
-# compressed chunk can be read only as a whole. Every length is compared with the bytes that there
-# are before anything is read or allocated.
+# specification, sections Records and Chunk). Whole records before a truncation can be read, but a
+# compressed chunk only as a whole. Every length is compared with the bytes left, before anything
+# is read or allocated.
 
 MESSAGE = 0x05
 RECORD = struct.Struct('<BQ')
@@ -50,7 +50,7 @@ _CHUNK_HEAD = struct.Struct('<QQQII')
 
 
 LATEST_NS = 2**63 - 1
-"""The latest log time, of the year 2262; messages that state a later one are left out."""
+"""The latest log time, of the year 2262. Messages with a later one are left out."""
 
 
 class RecordedMessage(NamedTuple):
@@ -66,8 +66,8 @@ class RecordedMessage(NamedTuple):
 def chunk_records(record: bytes, *, keep_corrupt: bool = False) -> tuple[bytes, bool]:
     """Return the records of a chunk, and whether they have its checksum.
 
-    They are those before the cut of an uncompressed one. The ValueError names the damaged part; a
-    wrong checksum is one, unless such a chunk is kept.
+    An uncompressed chunk has the records before its cut. The ValueError names the damaged part,
+    which may be the checksum, unless `keep_corrupt`.
     """
     try:
         opcode, _ = RECORD.unpack_from(record)
@@ -78,7 +78,7 @@ def chunk_records(record: bytes, *, keep_corrupt: bool = False) -> tuple[bytes, 
     except struct.error:
         raise ValueError('its head is cut') from None
     if opcode != _CHUNK:
-        raise ValueError('another record lies there')
+        raise ValueError('it is another record')
     begin += name_length + 8
     body = record[begin : begin + length]
     if compression == '' and len(body) < length:
@@ -152,10 +152,10 @@ class Channel(NamedTuple):
 
 
 class Hole(NamedTuple):
-    """Messages of a topic that are lost, or kept (`corrupt`) though their checksum is wrong.
+    """Messages of a topic that are lost, or kept (`corrupt`) in spite of a wrong checksum.
 
-    `number` is how many; 0, with an empty topic, where nothing is left that says so. The log times
-    of the first and the last, or of their neighbours, are in ns.
+    Their `number` and topic are 0 and empty if unknown. The log times of the first and the last,
+    or of their neighbours, are in ns.
     """
 
     topic: str
@@ -175,8 +175,9 @@ class Hole(NamedTuple):
 class Span(NamedTuple):
     """Consecutive records: one chunk, or messages outside of chunks.
 
-    `channels` are the channels of its messages, `None` if unknown; `indices` are the offsets of
-    their message indices, as the file's index states them.
+    Attributes:
+        channels: channels of its messages, `None` if unknown.
+        indices: offsets of their message indices by the file's index.
     """
 
     offset: int
@@ -192,11 +193,13 @@ class Span(NamedTuple):
 class McapFile:
     """The content of a file.
 
-    `warnings` grows when damage is found later, while messages are read. `indexed` says whether a
-    valid and complete index listed the contents, `ended` whether the writer closed the data
-    section. `description` is the rosbag2 metadata that the file repeats, as YAML. `holes` are the
-    messages of damaged chunks, if all of the file was read; with `keep_corrupt` those with a wrong
-    checksum are read.
+    Attributes:
+        warnings: damage, also if found later, while messages are read.
+        indexed: whether a valid and complete index listed the contents.
+        ended: whether the writer closed the data section.
+        description: the rosbag2 metadata that the file repeats, as YAML.
+        keep_corrupt: whether chunks with a wrong checksum are read.
+        holes: the messages of damaged chunks, if all of the file was read.
     """
 
     path: Path
@@ -217,9 +220,9 @@ class McapFile:
     def messages(
         self, span: Span, stream: BinaryIO, channels: Collection[int] | None = None
     ) -> Iterator[RecordedMessage]:
-        """Yield the messages of a span in the order of the file; warn of a damaged chunk.
+        """Yield the messages of a span in the order of the file. Warn of a damaged chunk.
 
-        The file is open as `stream`. Without channels all are wanted.
+        The file is open as `stream`. Without channels all messages are returned.
         """
         yield from messages_in(self._octets(span, stream), channels)
 
@@ -234,7 +237,7 @@ class McapFile:
         return places
 
     def _octets(self, span: Span, stream: BinaryIO) -> bytes:
-        """Return the records of a span; none of a damaged chunk, with a warning."""
+        """Return the records of a span. A damaged chunk is empty, and causes a warning."""
         offset, octets = self._octets_of
         if offset == span.offset:
             return octets
@@ -266,24 +269,24 @@ def open_mcap(path: Path, *, walk: bool = False, keep_corrupt: bool = False) -> 
     file = McapFile(path, keep_corrupt=keep_corrupt)
     try:
         if not path.is_file() and path.exists():  # to open a pipe may block for ever
-            raise BagError(f'{path} is not a regular file; name a rosbag2 folder or an .mcap file')
+            raise BagError(f'{path} is not a regular file. Name a rosbag2 folder or an .mcap file')
         with path.open('rb') as stream:
             magic = stream.read(len(MAGIC))
             if magic != MAGIC:
                 raise BagError(
                     f'{path} is not an MCAP file: it begins with {magic.hex(" ") or "nothing"}, '
-                    f'not {MAGIC.hex(" ")}; name a rosbag2 folder or an .mcap file'
+                    f'not {MAGIC.hex(" ")}. Name a rosbag2 folder or an .mcap file'
                 )
             file.indexed = not walk and _read_index(file, stream)
             if not file.indexed:
                 _walk(file, stream)
     except OSError as error:
-        raise BagError(f'{path} cannot be read ({error.strerror}); check the path') from error
+        raise BagError(f'{path} cannot be read ({error.strerror}). Check the path') from error
     return file
 
 
 def _read_index(file: McapFile, stream: BinaryIO) -> bool:
-    """Fill the file from its summary; return whether that is valid and complete."""
+    """Fill the file from its summary. Return whether that is valid and complete."""
     from mcap import records
     from mcap.exceptions import McapError
     from mcap.stream_reader import StreamReader
@@ -313,7 +316,7 @@ def _read_index(file: McapFile, stream: BinaryIO) -> bool:
         or (statistics.message_count and not chunks)
     ):
         return False
-    # what the index lists lies before it, chunk after chunk
+    # the index follows the listed chunks, which follow each other
     end, spans = len(MAGIC), []
     for chunk in chunks:
         places = chunk.message_index_offsets
@@ -322,7 +325,7 @@ def _read_index(file: McapFile, stream: BinaryIO) -> bool:
             or max(chunk.chunk_start_offset + chunk.chunk_length, *places.values(), 0) > start
             or max(chunk.message_start_time, chunk.message_end_time) > LATEST_NS
         ):
-            file.warn('its index is damaged; all messages that can be found are read')
+            file.warn('its index is damaged. All readable messages are read')
             return False
         end = chunk.chunk_start_offset + chunk.chunk_length
         spans.append(
@@ -345,9 +348,9 @@ def _read_index(file: McapFile, stream: BinaryIO) -> bool:
 
 
 def _summary(file: McapFile, stream: BinaryIO) -> tuple[int, bytes]:
-    """Return the start of the summary, and all from there on; nothing where it is damaged.
+    """Return the start of the summary and the bytes from there on, or 0 and b'' if damaged.
 
-    The file ends with a footer, and its summary has the checksum stated there.
+    The footer at the end of the file states the checksum of the summary.
     """
     tail = _FOOTER_RECORD.size + len(MAGIC)
     size = stream.seek(0, 2)
@@ -362,7 +365,7 @@ def _summary(file: McapFile, stream: BinaryIO) -> tuple[int, bytes]:
     stream.seek(start)
     octets = stream.read(size - start)
     if crc not in {0, zlib.crc32(octets[: -len(MAGIC) - 4])}:
-        file.warn('its index is damaged; all messages that can be found are read')
+        file.warn('its index is damaged. All readable messages are read')
         return 0, b''
     return start, octets
 
@@ -370,7 +373,7 @@ def _summary(file: McapFile, stream: BinaryIO) -> tuple[int, bytes]:
 def _walk(file: McapFile, stream: BinaryIO) -> None:
     """Fill the file from all its records up to the first that is truncated.
 
-    A valid index gives the topics whose definitions are lost, and the times of lost chunks.
+    A valid index gives topics with lost definitions, and the times of lost chunks.
     """
     index = McapFile(file.path)
     spans: dict[int, Span] = {}
@@ -400,7 +403,7 @@ def _walk(file: McapFile, stream: BinaryIO) -> None:
         file.ended = False
         number = sum(file.counts.values())
         file.warn(
-            f'it was cut at byte {size}: it has no end; the {number} messages before the cut can '
+            f'it was cut at byte {size}: it has no end. The {number} messages before the cut can '
             'be read'
         )
         return
@@ -414,7 +417,7 @@ def _walk(file: McapFile, stream: BinaryIO) -> None:
     extra = size - at - len(MAGIC)
     stream.seek(size - len(MAGIC))
     if not has_end and stream.read() != MAGIC:
-        file.warn('it was cut within its index; all messages can be read')
+        file.warn('it was cut within its index. All messages can be read')
     elif has_end and extra:
         stream.seek(size - extra)
         what = 'are another MCAP file: cut them off' * (stream.read(len(MAGIC)) == MAGIC)
@@ -431,7 +434,7 @@ def _walk_chunk(
     end: int,
     entry: Span | None,
 ) -> None:
-    """Add a chunk to the file, or what it held to the holes; `entry` is that in the index."""
+    """Add a chunk to the file, or its content to the holes. `entry` is its entry in the index."""
     stream.seek(at)
     record = stream.read(min(end - at, LARGEST_PART))
     cut = len(record) < RECORD.size + RECORD.unpack_from(record)[1]
@@ -486,7 +489,7 @@ def _add_message(file: McapFile, span: Span, channel: int) -> None:
 
 
 def _indexed(file: McapFile, octets: bytes, entry: Span | None, corrupt: bool) -> list[Hole]:
-    """Return what a damaged chunk held, by the message indices at the begin of what follows it.
+    """Return the content of a damaged chunk, by the message indices that follow it.
 
     Without one, by its entry in the file's index, or by the message before it.
     """
@@ -507,7 +510,7 @@ def _indexed(file: McapFile, octets: bytes, entry: Span | None, corrupt: bool) -
 
 
 def _register(file: McapFile, schemas: dict[int, Schema], opcode: int, body: bytes) -> None:
-    """Keep a schema, a channel or rosbag2's metadata; their damage is found by `check_bag`."""
+    """Keep a schema, a channel or rosbag2's metadata. `check_bag` finds their damage."""
     from mcap import records
     from mcap.data_stream import ReadDataStream
     from mcap.exceptions import McapError
@@ -566,18 +569,16 @@ class Message(NamedTuple):
 
 @dataclass(frozen=True)
 class Bag:
-    """A bag opened for reading; messages stay in the files until they are read.
+    """A bag opened for reading. Messages stay in the files until they are read.
 
-    A topic is named in full (`/clock_a/ship/imu`) or by its relative name (`ship/imu`). A relative
-    name stands for the one topic of the bag that ends with it, or that is in `namespace` if given.
+    A topic is named in full (`/clock_a/ship/imu`) or by its relative name (`ship/imu`), which
+    means the one topic of the bag that ends with it, or the one in `namespace` if given.
     """
 
     path: Path
     files: tuple[McapFile, ...]
     namespace: str | None
-    """Namespace of the topics of the table (`''`: the root); `None` where they have none or
-    several.
-    """
+    """Namespace of the topics of the table (`''`: the root). `None` if missing or not unique."""
     notes: tuple[str, ...] = ()
     logged_from_ns: dict[str, int] = field(default_factory=dict, init=False, compare=False)
     """Log time of the first message [ns] of each topic that `parts` or `batches` has read."""
@@ -598,12 +599,12 @@ class Bag:
 
     @property
     def start_ns(self) -> int | None:
-        """Earliest log time [ns]; `None` if there is no message."""
+        """Earliest log time [ns], or `None` without a message."""
         return min((span.start_ns for file in self.files for span in file.spans), default=None)
 
     @property
     def end_ns(self) -> int | None:
-        """Latest log time [ns]; `None` if there is no message."""
+        """Latest log time [ns], or `None` without a message."""
         return max((span.end_ns for file in self.files for span in file.spans), default=None)
 
     @property
@@ -616,7 +617,7 @@ class Bag:
 
     @cached_property
     def scenes(self) -> TextSamples | None:
-        """The messages of the `scene` topic, read once; `None` where the bag has none."""
+        """The messages of the `scene` topic, read once, or `None` without one."""
         matches = self._matches(SCENE)
         if not matches or (len(matches) == 1 and self.topics[matches[0]] != STRING.name):
             return None
@@ -625,7 +626,7 @@ class Bag:
 
     @property
     def scene(self) -> str | None:
-        """The text of the `scene` topic, its last message; `None` where the bag has none."""
+        """The text of the `scene` topic, its last message, or `None` without one."""
         return None if self.scenes is None else str(self.scenes.data[-1])
 
     def __contains__(self, topic: str) -> bool:
@@ -709,17 +710,17 @@ class Bag:
             yield heapq.heappop(waiting)[-1]
 
     def find(self, topic: str) -> str:
-        """Return the full name of a topic; none such, or several that match, is a BagError."""
+        """Return the full name of a topic. BagError: no topic matches, or several do."""
         matches = self._matches(topic)
         if len(matches) == 1:
             return matches[0]
         if matches:
             raise BagError(
-                f'{self.path}: {topic} may be {" or ".join(matches)}; name one namespace'
+                f'{self.path}: {topic} may be {" or ".join(matches)}. Name one namespace'
             )
         names = ', '.join(self.topics) or 'none'
-        damage = f'. {self.warnings[0]}; see tauto bag check' if self.warnings else ''
-        raise BagError(f'{self.path}: there is no topic {topic}; its topics are: {names}{damage}')
+        damage = f'. {self.warnings[0]}. See tauto bag check' if self.warnings else ''
+        raise BagError(f'{self.path}: there is no topic {topic}. Its topics are: {names}{damage}')
 
     def _matches(self, topic: str) -> list[str]:
         topics = self._types
@@ -741,7 +742,7 @@ class Bag:
         return table
 
     def _stored(self, topics: Collection[str]) -> Iterator[tuple[str, RecordedMessage]]:
-        """Yield messages with their topics, file after file; refuse another type or encoding."""
+        """Yield messages with their topics, file after file. Refuse another type or encoding."""
         wanted = {self.find(topic): topic for topic in topics}
         for full, topic in wanted.items():
             ros_type = TOPICS[topic].ros_type if topic in TOPICS else self.topics[full]
@@ -766,13 +767,13 @@ class Bag:
             if actual != wanted:
                 raise BagError(
                     f'{self.path}: {full} holds {actual or "messages without a type"}, but '
-                    f'must hold {wanted}; remap that topic or name another bag'
+                    f'must hold {wanted}. Remap that topic or name another bag'
                 )
         for encoding in encodings:
             if encoding != 'cdr':
                 raise BagError(
                     f'{self.path}: {full} is encoded as {encoding!r}, but ROS 2 messages are '
-                    "'cdr'; record it with ROS 2"
+                    "'cdr'. Record it with ROS 2"
                 )
 
     def _decode(self, topic: str, payloads: list[bytes], stamps: list[int]) -> Samples:
@@ -780,8 +781,8 @@ class Bag:
         ros_type = self.topics[full]
         if ros_type not in MESSAGE_TYPES:
             raise BagError(
-                f'{self.path}: {full} holds {ros_type or "messages without a type"}; what can be '
-                f'decoded is {", ".join(MESSAGE_TYPES)}'
+                f'{self.path}: {full} holds {ros_type or "messages without a type"}. Tauto '
+                f'decodes {", ".join(MESSAGE_TYPES)}'
             )
         origin = f'{self.path}: {full}'
         return decode_as(ros_type, origin, payloads, np.array(stamps, np.int64))
@@ -790,8 +791,8 @@ class Bag:
 def read_bag(path: Path | str) -> Bag:
     """Open a bag: a rosbag2 folder, with or without its metadata, or an MCAP file.
 
-    The topics of the table are taken from the namespace in which they are found. Nothing there,
-    not MCAP, or compressed file by file is a BagError.
+    The topics of the table are taken from their namespace in the bag. BagError: the bag is
+    missing, not MCAP, or compressed file by file.
     """
     path = Path(path)
     notes: list[str] = []
@@ -809,9 +810,9 @@ def read_bag(path: Path | str) -> Bag:
 
 
 def find_files(path: Path, notes: list[str]) -> list[Path]:
-    """Return the MCAP files of a bag in the order of recording; note missing ones."""
+    """Return the MCAP files of a bag in the order of recording. Note missing ones."""
     if not path.exists():
-        raise BagPlaceError(f'{path} does not exist; name a rosbag2 folder or an .mcap file')
+        raise BagPlaceError(f'{path} does not exist. Name a rosbag2 folder or an .mcap file')
     if not path.is_dir():
         return [path]
     files = sorted(path.glob('*.mcap'), key=by_number)
@@ -821,7 +822,7 @@ def find_files(path: Path, notes: list[str]) -> list[Path]:
         if files and len(lost) == len(listed):
             raise BagError(
                 f'{path} has other .mcap files than its {METADATA} names '
-                f'({", ".join(lost)[:99]}); give them these names again, or say '
+                f'({", ".join(lost)[:99]}). Give them these names again, or say '
                 f'`tauto bag recover {path}`'
             )
         notes += [f'{path}: {name}, named by {METADATA}, is missing' for name in lost]
@@ -830,7 +831,7 @@ def find_files(path: Path, notes: list[str]) -> list[Path]:
         notes.append(f'{path}: it has no {METADATA}: the recording did not end by itself')
     if not files:
         raise BagError(
-            f'{path} holds no .mcap file; name a rosbag2 folder with MCAP storage, or convert it '
+            f'{path} holds no .mcap file. Name a rosbag2 folder with MCAP storage, or convert it '
             'with `ros2 bag convert`'
         )
     return files
@@ -846,17 +847,17 @@ def _listed_files(metadata: Path) -> list[Path]:
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         why = error.problem if isinstance(error, YamlError) else error
         raise BagError(
-            f'{metadata} cannot be understood ({why}); name the .mcap file beside it'
+            f'{metadata} cannot be understood ({why}). Name the .mcap file beside it'
         ) from None
     if storage != 'mcap' or mode in {'file', 'message'}:
         what = f'compression by {mode}' if storage == 'mcap' else f'{str(storage)[:80]} storage'
         raise BagError(
-            f'{metadata.parent} has {what}, but MCAP with chunk compression can be read; convert '
+            f'{metadata.parent} has {what}, but MCAP with chunk compression can be read. Convert '
             'it with `ros2 bag convert`'
         )
     if twice := next((name for name, number in Counter(names).items() if number > 1), None):
         raise BagError(
-            f'{metadata} names {twice[:80]} twice; name the .mcap files beside it one by one'
+            f'{metadata} names {twice[:80]} twice. Name the .mcap files beside it one by one'
         )
     return [metadata.parent / name for name in names]
 

@@ -23,13 +23,13 @@ class Field:
     """One message field, in the order of serialisation, and the sample field that holds it.
 
     Args:
-        message: path in the message, for example `header.stamp`; for consecutive `float64` members
-            of one struct, the path of the struct.
+        message: path in the message, for example `header.stamp`, or of the struct for consecutive
+            `float64` members of one struct.
         sample: attribute of the sample class.
         kind: primitive type in the message. `time` is int32 seconds and uint32 nanoseconds, in
             the sample one integer of nanoseconds.
-        length: number of consecutive primitives; if above 1, the last axis of the sample field.
-        unit: unit of the value, empty where it has none.
+        length: number of consecutive primitives. If above 1, the last axis of the sample field.
+        unit: unit of the value, or empty.
         shared: whether the sample class holds one value for the whole batch.
     """
 
@@ -51,7 +51,7 @@ class MessageType:
 
     @property
     def stamped(self) -> bool:
-        """Whether the message has a header; if not, its stamp is the log time."""
+        """Whether the message has a header. If not, its stamp is the log time."""
         return self.fields[0].kind == 'time'
 
 
@@ -137,11 +137,11 @@ class Topic:
     """One topic of the suite.
 
     The QoS is RELIABLE, KEEP_LAST of `depth`, and VOLATILE, or TRANSIENT_LOCAL if `latched`.
-    Deadline, lifespan and liveliness are infinite, since publishers of others would not match.
+    Deadline, lifespan and liveliness are infinite: publishers with others would not match.
 
     Args:
         name: relative name.
-        message: message type; `ros_type` and `samples` come from it.
+        message: message type with `ros_type` and `samples`.
         node: the node that publishes it.
         meaning: the meaning of the values.
         depth: KEEP_LAST depth.
@@ -172,7 +172,7 @@ class Topic:
 
     @property
     def stamped(self) -> bool:
-        """Whether the message has a header; if not, its stamp is the log time."""
+        """Whether the message has a header. If not, its stamp is the log time."""
         return self.message.stamped
 
 
@@ -183,7 +183,7 @@ TOPICS: dict[str, Topic] = {
             s.SCENE,
             STRING,
             'ship_motion',
-            'the resolved scene as YAML, so that a bag needs no other file; once, at the start',
+            'the resolved scene as YAML, which makes a bag complete. Once, at the start',
             depth=1,
             latched=True,
         ),
@@ -191,7 +191,7 @@ TOPICS: dict[str, Topic] = {
             s.SHIP_IMU,
             IMU,
             'ship_motion',
-            'attitude, angular velocity and specific force at the clock, frame `clock_mount`; '
+            'attitude, angular velocity and specific force at the clock, frame `clock_mount`, '
             'at the rate of the ship',
         ),
         Topic(s.SHIP_FIX, NAV_SAT_FIX, 'ship_motion', 'true position of the ship'),
@@ -199,15 +199,15 @@ TOPICS: dict[str, Topic] = {
             s.SHIP_TEMPERATURE,
             TEMPERATURE,
             'ship_motion',
-            'temperature in the box of the clock, of the clock and of the thermometer beside it, '
-            'frame `clock_case`; between two stamps it is linear; only where the scene has `air`',
+            'temperature in the box of the clock and its thermometer, frame `clock_case`, linear '
+            'between two stamps. Only if the scene has `air`',
         ),
         Topic(
             s.JOINT_STATES,
             JOINT_STATE,
             'trochlea',
             'the wheel in its case, name `wheel`: angle [rad], angular velocity [rad/s], '
-            'torque [N m]; in a fluid the body, name `body`: arc [m], speed [m/s], force along '
+            'torque [N m]. In a fluid the body, name `body`: arc [m], speed [m/s], force along '
             'the curve [N]',
         ),
         Topic(
@@ -221,34 +221,34 @@ TOPICS: dict[str, Topic] = {
             JOINT_STATE,
             'trochlea',
             'the thread is taut again after it was slack, names `slacks`, the number so far, '
-            '`slack_s`, the length of this one, `lost_joule`, the energy lost as it tautened; '
-            'stamp: when it tautened; no message where the thread stays taut',
+            '`slack_s`, the length of this one, `lost_joule`, the energy lost as it tautened. '
+            'Stamp: when it tautened. No message while the thread stays taut',
         ),
         Topic(
             s.READING,
             TIME_REFERENCE,
             'trochlea',
-            'stamp: true time; time_ref: reading of the dial; source: `dial`, with a live sensor '
-            'also when it was set and how much it has lost since (docs/live.md)',
+            'stamp: true time. time_ref: reading of the dial. source: `dial`, with a live sensor '
+            'also its setting and its lost time (docs/live.md)',
         ),
         Topic(
             s.OBSERVATION,
             TIME_REFERENCE,
             'ship_motion',
-            'time_ref: the true time as the navigator observed it; source: kind of observation',
+            'time_ref: the true time as the navigator observed it. source: kind of observation',
         ),
         Topic(
             s.CORRECTED,
             TIME_REFERENCE,
             'drift_estimator',
-            'time_ref: the reading less the estimated error of the clock; source `corrected`',
+            'time_ref: the reading less the estimated error of the clock. source: `corrected`',
         ),
         Topic(
             s.ESTIMATE,
             JOINT_STATE,
             'drift_estimator',
             'the estimated error of the clock, names `offset_s`, `offset_sigma_s`, '
-            '`rate_s_per_day`, `rate_sigma_s_per_day`; with `drift.covariates` that rate is for '
+            '`rate_s_per_day`, `rate_sigma_s_per_day`. With `drift.covariates` that rate is for '
             'a ship at rest, and there are also `mean_rate_s_per_day`, the mean with the motion '
             'since the start, `mean_rate_sigma_s_per_day`, and for each covariate, such as heave, '
             '`heave_coefficient`, `heave_coefficient_sigma` and `heave_integral_s`',
@@ -257,14 +257,14 @@ TOPICS: dict[str, Topic] = {
             s.LONGITUDE_FIX,
             NAV_SAT_FIX,
             'longitude',
-            'position by the corrected clock; east covariance from the variance of the clock; '
-            'with a live sensor STATUS_NO_FIX, since a chronometer is no satellite',
+            'position by the corrected clock, with its variance as east covariance. With a live '
+            'sensor STATUS_NO_FIX, since a chronometer is not a satellite',
         ),
         Topic(
             s.LONGITUDE_ERROR,
             JOINT_STATE,
             'longitude',
-            'error of the longitude, east positive, raw and corrected; names end in '
+            'error of the longitude, east positive, raw and corrected. Names end in '
             '`_arcmin` and `_nmi`',
         ),
     )

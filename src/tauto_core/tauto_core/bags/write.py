@@ -34,30 +34,30 @@ if TYPE_CHECKING:
     from mcap.records import McapRecord
 
 # -----------------------------------------------------------------------------
-# One MCAP file being written, so that it can be completed wherever the writing stops.
+# One MCAP file being written, which can be completed wherever the writing stops.
 #
 # The writer of the mcap library changes its state before it writes a chunk, so after an interrupt
 # or a full disk it cannot finish the file. Here one value describes the content of the file. A
 # chunk counts once that value is replaced, and anything after its end is cut off. The index has a
-# record for each chunk and is written last; until then it is in an unnamed temporary file, so
+# record for each chunk and is written last. Until then it is in an unnamed temporary file, so
 # memory does not grow with the voyage. Another such file keeps room on the disk for the end of
 # this one. Records other than messages and their index are written by the library.
 
 CHUNK_BYTES = 512 * 1024
 """Size of a chunk before compression.
 
-With an eighth of it a bag is 2.5 % larger. More gains nothing: the rest of the index is 16
-bytes for each message, without which readers such as `ros2 bag` find no message.
+An eighth of it would make a bag 2.5 % larger. A larger size gains little: the rest of the index is
+16 bytes for each message, which readers such as `ros2 bag` need.
 """
 
 _MESSAGE = struct.Struct('<BQHIQQ')
 _MESSAGE_INDEX = struct.Struct('<BQHI')
 _FOOTER_BYTES = 20
 _PIECE_BYTES = 1 << 20
-# Room for statistics, footer and rounding by file systems; also the step in which it grows.
+# Room for statistics, footer and rounding by file systems, and the step in which it grows.
 _ROOM_BYTES = 16 * 1024
 
-_NO_STAMP_NS = 2**64 - 1  # the largest that MCAP has, so that any stamp is less
+_NO_STAMP_NS = 2**64 - 1  # the largest stamp of MCAP, above any other
 
 
 class DeclaredTopic(NamedTuple):
@@ -73,7 +73,7 @@ class DeclaredTopic(NamedTuple):
 
 
 class _Pending(NamedTuple):
-    """A record of the next chunk; channel 0 if it is not a message."""
+    """A record of the next chunk. Channel 0 if it is not a message."""
 
     channel: int
     stamp_ns: int
@@ -81,10 +81,9 @@ class _Pending(NamedTuple):
 
 
 class _Stored(NamedTuple):
-    """The content of the file: chunks up to `end`, whose index records end at `index_end`.
+    """The content of the file: chunks up to `end`, index records up to `index_end`.
 
-    `counts` are the messages by channel; the stamps are the earliest and the latest, if there are
-    any.
+    `counts` are the messages by channel. The stamps are the earliest and the latest, if any.
     """
 
     end: int
@@ -96,7 +95,7 @@ class _Stored(NamedTuple):
 
 
 class McapOut:
-    """An MCAP file of profile ros2, in chunks, at a path where nothing is.
+    """A new MCAP file of profile ros2, in chunks.
 
     A chunk is written at `chunk_bytes` before compression, `zstd` or `none`. Any error of the file
     system, when opening and in use, is a BagError. The part that has been written can still be
@@ -143,12 +142,12 @@ class McapOut:
 
     @property
     def counts(self) -> dict[int, int]:
-        """Messages in the file by channel, without those of the next chunk."""
+        """Messages in the file by channel, without the next chunk."""
         return {channel: self._stored.counts[channel] for channel in range(1, self._channels + 1)}
 
     @property
     def span_ns(self) -> tuple[int, int] | None:
-        """Earliest and latest stamp in the file [ns]; `None` if it holds no message."""
+        """Earliest and latest stamp in the file [ns], or `None` without a message."""
         stored = self._stored
         return (stored.first_ns, stored.last_ns) if stored.chunks else None
 
@@ -158,7 +157,7 @@ class McapOut:
         return self._stored.end
 
     def add_channel(self, declared: DeclaredTopic) -> int:
-        """Register a topic; return its channel's number, from 1."""
+        """Register a topic. Return its channel's number, from 1."""
         from mcap.records import Channel, Schema
 
         ros_type = declared.ros_type
@@ -195,7 +194,7 @@ class McapOut:
         payload: bytes,
         publish_ns: int | None = None,
     ) -> None:
-        """Add a message; its log time, and its publish time if none is given, is its stamp."""
+        """Add a message. Its stamp is the log time and, unless given, the publish time."""
         size = MESSAGE_HEAD.size + len(payload)
         published_ns = stamp_ns if publish_ns is None else publish_ns
         head = _MESSAGE.pack(MESSAGE, size, channel, sequence, stamp_ns, published_ns)
@@ -228,12 +227,12 @@ class McapOut:
             raise refused(self.path, error) from error
 
     def _cut(self, end: int) -> None:
-        """Cut what follows the last chunk; a disk that refuses this, too, leaves it there."""
+        """Cut the file after its last chunk, unless the disk refuses this, too."""
         with suppress(OSError):
             self._raw.truncate(end)
 
     def give_up(self) -> None:
-        """Drop the next chunk and the room kept, so that the file can be finished without it."""
+        """Drop the next chunk and the reserved room, to finish the file without it."""
         self._pending.clear()
         self._room.close()
 
@@ -244,7 +243,7 @@ class McapOut:
         self._room.close()
 
     def _collected(self) -> list[_Pending]:
-        """Return the records of the next chunk; a chunk that counts begins a new list."""
+        """Return the records of the next chunk. A chunk that counts begins a new list."""
         return self._pending.setdefault(self._stored.chunks, [])
 
     def _define(self, record: McapRecord) -> None:
@@ -261,7 +260,7 @@ class McapOut:
         octets, index, state = self._chunk(pending)
         stored = self._stored
         try:
-            # The disk space that the end of the file will need; `give_up` returns it.
+            # The disk space that the end of the file will need. `give_up` returns it.
             needed = self._definition_bytes + state.index_end + self.described_bytes + _ROOM_BYTES
             if needed > self._room_bytes:
                 growth = needed - self._room_bytes + _ROOM_BYTES
@@ -380,7 +379,7 @@ def _write(stream: RawIOBase, at: int, octets: bytes) -> None:
 def refused(path: Path, error: OSError) -> BagError:
     """Return the error for a file that the file system refuses to write."""
     return BagError(
-        f'{path} cannot be written ({error.strerror}); make room or name another folder. What the '
+        f'{path} cannot be written ({error.strerror}). Make room or name another folder. What the '
         'bag held before can be read'
     )
 
@@ -397,22 +396,22 @@ def _record(record: McapRecord) -> bytes:
 # The folder of a bag, which one process writes at a time and puts in place as a whole.
 
 CUT_SHORT = {'cut_short': True}
-"""The metadata of a bag whose recording ended before the voyage did."""
+"""Metadata of a bag that ended before its voyage."""
 
 _METADATA_VERSION = 9  # of Jazzy's rosbag2
 BUDGET = 'budget.json'
-"""File in which the budget of a voyage's rate is kept beside it; it goes when the bag is replaced.
+"""File in the bag's folder with the budget of the voyage's rate. It goes when the bag is replaced.
 """
 _OF_A_BAG = (METADATA, f'{METADATA}.tmp', '*.mcap', DRAFTS, BUDGET)  # .tmp: of Tauto 0.2.0
 _EMPTY_START_NS = 2**63 - 1  # as rosbag2 writes it of a bag without messages
-_SEQUENCE_MASK = 2**32 - 1  # the field has 32 bits; a long voyage begins again at 0
+_SEQUENCE_MASK = 2**32 - 1  # the field has 32 bits
 
 
 def check_folder(folder: Path, *, force: bool = False) -> None:
     """Refuse a folder to which a bag may not be written (BagPlaceError).
 
-    It exists without `force`; with `force`, it holds anything but one bag; or another process is
-    writing it. An old bag that a killed process left aside is put back first.
+    It exists without `force`, it holds anything but one bag, or another process is writing it. An
+    old bag that a killed process left aside is put back first.
     """
     folder = _real(folder)
     try:
@@ -423,13 +422,13 @@ def check_folder(folder: Path, *, force: bool = False) -> None:
             pass
     except OSError as error:
         raise BagPlaceError(
-            f'{folder} cannot be used ({error.strerror}); name another folder'
+            f'{folder} cannot be used ({error.strerror}). Name another folder'
         ) from error
     _check_replaceable(folder, force=force)
 
 
 def _real(folder: Path) -> Path:
-    """Return a folder under the name beside which its drafts are written."""
+    """Return the real path of a folder, next to which its drafts are written."""
     return folder.resolve() if folder.is_symlink() or not folder.name else folder
 
 
@@ -438,7 +437,7 @@ def _check_replaceable(folder: Path, *, force: bool) -> None:
         return
     if not force:
         raise BagPlaceError(
-            f'{folder} exists already; name another folder, or say ',
+            f'{folder} exists already. Name another folder, or say ',
             Argument('force', value=True),
             ' to replace it',
         )
@@ -446,7 +445,7 @@ def _check_replaceable(folder: Path, *, force: bool) -> None:
         if not place.exists():
             continue
         if not place.is_dir():
-            raise BagPlaceError(f'{place} is a file, not the folder of a bag; name another folder')
+            raise BagPlaceError(f'{place} is a file, not the folder of a bag. Name another folder')
         names = sorted(
             entry.name
             for entry in place.iterdir()
@@ -454,23 +453,23 @@ def _check_replaceable(folder: Path, *, force: bool) -> None:
         )
         if names:
             raise BagPlaceError(
-                f'{place} is not only a bag: it holds {names[0]!r}, which replacing would lose; '
-                'name another folder or move what is not part of the bag'
+                f'{place} is not only a bag: it holds {names[0]!r}, which replacing would lose. '
+                'Name another folder, or move the other files'
             )
 
 
 @contextmanager
 def _one_writer(folder: Path, *, make: bool = True) -> Iterator[None]:
-    """Be the only one who writes a bag to a folder, for as long as the context lasts.
+    """Keep other writers out of a folder as long as the context lasts.
 
-    The lock is a file beside the folder, since the folder itself is exchanged at the end.
+    The lock is a file next to the folder, since the folder itself is exchanged at the end.
     """
     with ExitStack() as stack:
         try:
             stack.enter_context(one_writer(folder.with_name(f'.{folder.name}.lock'), make=make))
         except BlockingIOError:
             raise BagPlaceError(
-                f'{folder} is being written by another process; wait until it ends, or name '
+                f'{folder} is being written by another process. Wait until it ends, or name '
                 'another folder'
             ) from None
         yield
@@ -491,11 +490,11 @@ def _put_back(folder: Path) -> None:
     except OSError as error:
         raise BagError(
             f'{folder}: a process that was to replace it was killed, and the old bag cannot be '
-            f'put back ({error.strerror}). It is whole in {old}; rename it'
+            f'put back ({error.strerror}). It is whole in {old}. Rename it'
         ) from error
     new = _sibling(folder, '.partial')
     warnings.warn(
-        f'{folder}: a process that was to replace it was killed; the old bag is put back'
+        f'{folder}: a process that was to replace it was killed. The old bag is put back'
         + (f', the new one is in {new}' if new.exists() else ''),
         TautoWarning,
         stacklevel=2,
@@ -507,30 +506,29 @@ def _sibling(folder: Path, suffix: str) -> Path:
 
 
 class BagWriter:
-    """A bag being written; a context manager.
+    """A bag being written, as a context manager.
 
     The folder contains `<name>_0.mcap` (profile ros2, CDR, zstd chunks of 512 KiB) and, once the
     MCAP file is complete, `metadata.yaml`. Log time and publish time of a message are its stamp,
-    unless others are given, sequence numbers count from 1 in each topic, and nothing depends on
-    the wall clock.
+    unless others are given, sequence numbers count from 1 in each topic, independent of the wall
+    clock.
 
-    An existing bag is replaced only when the new one is complete and on the disk; until then the
-    new one is written to the sibling `<name>.partial`. The two are exchanged in one step; where
-    the system cannot, the old one is `<name>.replaced` in between. If an exception leaves the
-    `with` block, the part that was written is finished where it is (`path`), so that it can be
-    read, and an old bag is not changed; a note on the exception says so. No other process can
-    write a bag to the same folder meanwhile.
+    An existing bag is replaced only when the new one is complete and on the disk. Until then the
+    new one is the sibling `<name>.partial`. The two are exchanged in one step, or, if the system
+    cannot, by way of `<name>.replaced`. If an exception leaves the `with` block, the written part
+    is finished where it is (`path`), an old bag is not changed, and a note on the exception names
+    the path. No other process can write a bag to the same folder meanwhile.
 
     Args:
-        folder: the bag's folder; its parents are made.
-        force: replace a bag that is there.
-        namespace: namespace of the topics, for example `clock_a`; empty for the root.
+        folder: the bag's folder. Its parents are made.
+        force: replace an existing bag.
+        namespace: namespace of the topics, for example `clock_a`. Empty for the root.
         chunk_bytes: size, before compression, at which a chunk is written.
         compression: compression of the chunks, `zstd` or `none`.
 
     Raises:
-        BagError: the folder may not be written to (see `check_folder`); in use, also an unknown
-            topic, a stamp before zero, and any error of the file system, such as a full disk.
+        BagError: the folder may not be written to (see `check_folder`), and later an unknown
+            topic, a stamp before zero, or an error of the file system, such as a full disk.
     """
 
     def __init__(
@@ -578,7 +576,7 @@ class BagWriter:
                 self.path.mkdir()
             except OSError as error:
                 raise BagError(
-                    f'{self.path} cannot be made ({error.strerror}); name another folder'
+                    f'{self.path} cannot be made ({error.strerror}). Name another folder'
                 ) from error
             self._file = McapOut(
                 self.path / f'{self._folder.name}_0.mcap',
@@ -626,9 +624,9 @@ class BagWriter:
     ) -> None:
         """Write one serialised message, CDR of the topic's type.
 
-        The topic is a key of `TOPICS`, or was declared. The stamp, >= 0, is the log time: of a
-        simulated voyage that in the header, or that of the start if it has none, of a live one the
-        time of receipt. The publish time is the same, if none is given.
+        The topic is a key of `TOPICS`, or was declared. The stamp, >= 0, is the log time: in a
+        simulated voyage the stamp in the header, without one the start, in a live one the time of
+        receipt. The publish time is the same, unless given.
         """
         if topic not in self._channels:
             entry = _topic(topic)
@@ -637,14 +635,14 @@ class BagWriter:
                 topic, declared_topic(full, entry.ros_type, entry.depth, latched=entry.latched)
             )
         if stamp_ns < 0:
-            raise BagError(f'{topic}: stamp {stamp_ns} ns lies before 0; choose a later starts_at')
+            raise BagError(f'{topic}: stamp {stamp_ns} ns is before 0. Choose a later starts_at')
         number = self.counts[topic] + 1
         channel = self._channels[topic]
         self._file.add_message(channel, number & _SEQUENCE_MASK, stamp_ns, payload, publish_ns)
         self.counts[topic] = number
         if (
             topic == SCENE
-        ):  # at once, so that a bag cut short by a full disk or a kill can be replayed
+        ):  # at once: a bag cut short by a full disk or a kill can then be replayed
             self.flush()
 
     def copy(self, key: str, message: RecordedMessage) -> None:
@@ -654,7 +652,7 @@ class BagWriter:
         self.counts[key] += 1
 
     def flush(self) -> None:
-        """Write the messages in memory, so that a killed process loses nothing before them."""
+        """Write the messages in memory, which a killed process would lose."""
         self._file.flush()
 
     def __exit__(
@@ -678,7 +676,7 @@ class BagWriter:
             finally:
                 self._file.close()
             if error is not None and self.counts:
-                error.add_note(f'{self.path} holds what was written until then')
+                error.add_note(f'{self.path} holds the part that was written')
             if error is None and failure is not None:
                 raise failure
             if error is None and self._replaces:
@@ -740,7 +738,7 @@ class BagWriter:
             old = put_in_place(self.path, self._folder, _sibling(self._folder, '.replaced'))
         except OSError as error:
             raise BagError(
-                f'{self._folder} cannot be replaced ({error.strerror}); the new bag is whole in '
+                f'{self._folder} cannot be replaced ({error.strerror}). The new bag is whole in '
                 f'{self.path}, the old one in {self._folder}'
             ) from error
         self.path = self._folder
@@ -749,7 +747,7 @@ class BagWriter:
         except OSError as error:
             warnings.warn(
                 f'{self._folder} is replaced, but {old} with the old bag cannot be removed '
-                f'({error.strerror}); remove it',
+                f'({error.strerror}). Remove it',
                 TautoWarning,
                 stacklevel=2,
             )
@@ -757,12 +755,12 @@ class BagWriter:
 
 def _topic(name: str) -> Topic:
     if name not in TOPICS:
-        raise BagError(f'topic {name!r} is not in the table; it holds {", ".join(TOPICS)}')
+        raise BagError(f'topic {name!r} is not in the table. It holds {", ".join(TOPICS)}')
     return TOPICS[name]
 
 
 def declared_topic(name: str, ros_type: str, depth: int, *, latched: bool) -> DeclaredTopic:
-    """Return a topic of a standard type, as a bag declares it; BagError for another type."""
+    """Return a topic of a standard type, as a bag declares it. BagError for another type."""
     import yaml
     from rosbags.typesys.base import TypesysError
 

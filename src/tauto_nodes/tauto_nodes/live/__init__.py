@@ -39,11 +39,11 @@ DOMAIN = 'ROS_DOMAIN_ID'
 _RANGES = ('LOCALHOST', 'SUBNET', 'SYSTEM_DEFAULT')
 
 LAST_DOMAIN = 101
-"""Largest domain whose DDS ports lie below Linux' ephemeral ports."""
+"""Largest domain with DDS ports below Linux' ephemeral ports."""
 
 
 def local_discovery() -> dict[str, str]:
-    """Return the environment that keeps discovery on this machine; empty where one is set."""
+    """Return the environment that keeps discovery on this machine. It is empty if one is set."""
     return {} if os.environ.get(RANGE) else {RANGE: 'LOCALHOST'}
 
 
@@ -62,9 +62,8 @@ def check_discovery() -> None:
         raise ParameterError(f'{RANGE} = {reach}: must be one of {", ".join(_RANGES)}')
     if number and not (number.isdecimal() and int(number) <= 232):
         raise ParameterError(
-            f'{DOMAIN} = {number}: must be a whole number from 0 to 232, beyond which '
-            'there are no ports; '
-            f'up to {LAST_DOMAIN} no port of it is taken by other programs'
+            f'{DOMAIN} = {number}: must be a whole number from 0 to 232, the last with ports. '
+            f'Up to {LAST_DOMAIN} its ports are free of other programs'
         )
 
 
@@ -76,7 +75,7 @@ LOCK = 'lock'
 
 
 def remove_left(place: Path) -> None:
-    """Remove the folders of graphs that were killed; `launch/nodes.launch.py` makes such, too."""
+    """Remove the folders of killed graphs. `launch/nodes.launch.py` makes such folders, too."""
     for lock in place.glob(f'{FOLDER_PREFIX}*/{LOCK}'):
         with suppress(OSError):  # it is held, or another start was faster
             if lock.parent.lstat().st_uid == os.getuid():
@@ -90,10 +89,10 @@ def remove_left(place: Path) -> None:
 Maker: TypeAlias = Callable[[], GraphNode]
 
 LEAVE_S = 8.0
-"""Time for the middleware to let a process go [s]; `ros2 launch` kills after 10 s."""
+"""Time in which the middleware must let a process go [s]. `ros2 launch` kills after 10 s."""
 
 SUPERVISOR = 'TAUTO_SUPERVISOR'
-"""Environment variable: the process whose death ends the nodes."""
+"""Environment variable with the process: the nodes end when it dies."""
 
 
 def die_with_supervisor() -> None:
@@ -109,7 +108,7 @@ def die_with_supervisor() -> None:
 
 
 def executor_named(name: str) -> Any:
-    """Return the executor `events` or `single`; ParameterError if this rclpy lacks it."""
+    """Return the executor `events` or `single`. ParameterError if this rclpy lacks it."""
     if name == 'single':
         return SingleThreadedExecutor()
     check_executor(name)
@@ -119,7 +118,7 @@ def executor_named(name: str) -> Any:
 
 
 class Signals:
-    """Notes SIGINT and SIGTERM from now on; `came` is the first that came, 0 while none has.
+    """Notes SIGINT and SIGTERM from now on. `came` is the first one, or 0.
 
     As a context manager it puts the former handlers back.
     """
@@ -156,7 +155,7 @@ def _spin(nodes: Sequence[GraphNode], signals: Signals) -> None:
     for node in nodes:
         executor.add_node(node)
     while not stop.done():
-        # A bare spin() of the events executor busy-loops; a finite wait does not.
+        # A bare spin() of the events executor busy-loops. A finite wait does not.
         try:
             executor.spin_until_future_complete(stop, 3600.0)
         except ValueError as error:
@@ -168,12 +167,12 @@ def _spin(nodes: Sequence[GraphNode], signals: Signals) -> None:
 
 
 def _leave(nodes: Sequence[GraphNode]) -> None:
-    """Leave the graph, or end the process with exit code 1 after LEAVE_S, saying where it stood.
+    """Leave the graph, or end the process with exit code 1 and its stack after LEAVE_S.
 
-    Fast DDS as the wheels have it never returns from the deletion of a participant if a peer is
-    heard to come or go at that moment (its issue 6513): it waits with an invalid time, in a loop
-    that keeps the lock for which the other thread waits. The interpreter's lock is held, too, so
-    that neither a Python thread nor a signal handler could run; this watchdog needs no lock.
+    Fast DDS, as in the wheels, never returns from the deletion of a participant if a peer comes or
+    goes at that moment (its issue 6513): it waits with an invalid time and keeps the lock that the
+    other thread needs. It holds the interpreter's lock, too, which stops Python threads and signal
+    handlers. This watchdog needs no lock.
     """
     faulthandler.dump_traceback_later(LEAVE_S, exit=True)
     for node in nodes:
@@ -183,10 +182,10 @@ def _leave(nodes: Sequence[GraphNode]) -> None:
 
 
 def run_nodes(makers: Sequence[Maker], args: Sequence[str] | None = None) -> int:
-    """Make the nodes, spin until they end or a signal comes, close them; return the exit code.
+    """Make the nodes, spin until they end or a signal comes, close them. Return the exit code.
 
-    `makers` are node classes, all run in this process; `args` is the command line, sys.argv where
-    None.
+    `makers` are node classes, all run in this process. `args` is the command line (None:
+    sys.argv).
     """
     open_closed_streams()
     # rclpy's own handlers would end the context before the flush. Ours are not put back: a signal
@@ -201,7 +200,7 @@ def run_nodes(makers: Sequence[Maker], args: Sequence[str] | None = None) -> int
         typed = sys.argv[1:] if args is None else args
         if unknown := remove_ros_args(['', *typed])[1:]:  # ROS ignores them
             raise ParameterError(
-                f'unknown argument {unknown[0]}; parameters go after --ros-args, as -p name:=value'
+                f'unknown argument {unknown[0]}. Parameters go after --ros-args, as -p name:=value'
             )
         rclpy.init(
             args=None if args is None else list(args),
@@ -211,7 +210,7 @@ def run_nodes(makers: Sequence[Maker], args: Sequence[str] | None = None) -> int
             nodes.append(maker())
         _spin(nodes, signals)
     except (RCLError, UnknownROSArgsError) as error:
-        # rcl's message, for example where the home folder cannot be written.
+        # rcl's message, for example if the home folder cannot be written
         unwritable = 'log directory' in str(error)
         remedy = '. Set ROS_LOG_DIR to a folder that can be written' if unwritable else ''
         refusal = ParameterError(f'command line, parameter file or environment: {error}{remedy}')

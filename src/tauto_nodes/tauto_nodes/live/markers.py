@@ -1,9 +1,9 @@
 """The ship and the clock in it as markers for RViz and Foxglove, and as transforms.
 
 Frames follow REP-105 and REP-103: map → base_link → clock_mount → clock_case → wheel, x forward, y
-to port, z up; the wheel turns about x, as the ship rolls. Markers stand in `map`, so that they can
-be seen without transforms too: the wheels on PyPI have no tf2_msgs. If another node publishes a
-transform to a frame, this one does not, since a frame has one parent.
+to port, z up. The wheel turns about x, as the ship rolls. Markers are in `map`, visible without
+transforms: the wheels on PyPI have no tf2_msgs. If another node publishes a transform to a frame,
+this one does not, since a frame has one parent.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ RGB = {
     'orange': (0.9, 0.5, 0.1),
     'green': (0.2, 0.6, 0.3),
 }
-# Half a deck of unit length, from the stem; drawn on both sides.
+# half a deck of unit length, from the stem
 _DECK = ((0.5, 0.0), (0.35, 0.09), (0.1, 0.13), (-0.3, 0.12), (-0.5, 0.08), (-0.5, 0.0))
 _SHIP_M = 30.0
 
@@ -76,7 +76,7 @@ def ship_points() -> FloatArray:
 
 
 def marker(name: str, number: int, points: FloatArray, colour: str, width_m: float) -> Marker:
-    """Return a line strip in `map`; its attitude is set before it is sent."""
+    """Return a line strip in `map`, without an attitude."""
     strip = Marker(ns=name, id=number, type=Marker.LINE_STRIP, action=Marker.ADD)
     strip.header.frame_id = 'map'
     strip.scale.x = width_m
@@ -87,7 +87,7 @@ def marker(name: str, number: int, points: FloatArray, colour: str, width_m: flo
 
 
 def transform(parent: str, child: str, rotation: UnitQuaternion) -> TransformStamped:
-    """Return a transform without a stamp; all frames have the ship's origin."""
+    """Return a transform without a stamp. All frames have the ship's origin."""
     x, y, z, w = rotation
     made = TransformStamped(child_frame_id=child)
     made.header.frame_id = parent
@@ -101,14 +101,14 @@ def moving(ship: UnitQuaternion, wheel: UnitQuaternion) -> list[TransformStamped
 
 
 def fixed() -> list[TransformStamped]:
-    """Return the transforms of /tf_static; a case that hangs is shown at rest in its mount."""
+    """Return the transforms of /tf_static. A suspended case is shown at rest in its mount."""
     still = (0.0, 0.0, 0.0, 1.0)
     chain = (('base_link', 'clock_mount'), ('clock_mount', 'clock_case'))
     return [transform(parent, child, still) for parent, child in chain]
 
 
 def identity_of(one: TransformStamped) -> tuple[object, ...]:
-    """Return the key that distinguishes a transform from that of another node."""
+    """Return the key that distinguishes a transform from another node's."""
     q, stamp = one.transform.rotation, one.header.stamp
     return one.header.frame_id, one.child_frame_id, stamp.sec, stamp.nanosec, q.x, q.y, q.z, q.w
 
@@ -116,7 +116,7 @@ def identity_of(one: TransformStamped) -> tuple[object, ...]:
 class MarkersNode(GraphNode):
     """Draws the latest motion at most `rate` times a second, and only while somebody subscribes.
 
-    While it has no subscriber it subscribes to nothing, so it costs the graph nothing.
+    Without a subscriber it does not subscribe either, and costs the graph no time.
     """
 
     def __init__(self, **node_options: Any) -> None:
@@ -165,7 +165,7 @@ class MarkersNode(GraphNode):
         return found
 
     def take(self, payloads: Mapping[str, Sequence[bytes]]) -> None:
-        """Keep the latest attitude and angle; draw when it is due."""
+        """Keep the latest attitude and angle, and draw when due."""
         for topic, messages in payloads.items():
             samples, _ = self.decoded(topic, messages[-1:])
             if isinstance(samples, ImuSamples):

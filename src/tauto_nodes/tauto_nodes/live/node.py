@@ -86,7 +86,7 @@ def type_name(message: Any) -> str:
 
 
 def port(topic: str, imu_reliability: str = 'reliable') -> TopicPort:
-    """Return the port of a topic of the table; `imu_reliability` matters for ship/imu only."""
+    """Return the port of a topic of the table. `imu_reliability` is for ship/imu."""
     entry = TOPICS[topic]
     best_effort = topic == s.SHIP_IMU and imu_reliability == 'best_effort'
     reliability = (
@@ -124,10 +124,10 @@ def overriding(controlled: bool) -> QoSOverridingOptions:
 
 
 def refuse_unknown_qos(node: Node) -> None:
-    """See that each `qos_overrides` key is one of a publisher or subscription of this node.
+    """Check that each `qos_overrides` key belongs to a publisher or subscription of this node.
 
-    Call it when these have been made: rclpy declares the keys of each, and ignores all others.
-    ParameterError says which key none of them has, and the nearest that there is.
+    Call it when these exist: rclpy declares the keys of each, and ignores all others. A
+    ParameterError names an unknown key, and the nearest known one.
     """
     asked = [name for name in overrides_of(node) if name.startswith(QOS_PREFIX)]
     shared = shared_names(node.get_fully_qualified_name(), sys.argv)
@@ -137,8 +137,8 @@ def refuse_unknown_qos(node: Node) -> None:
         if node.has_parameter(name) or name in shared:
             continue
         nearest = difflib.get_close_matches(name.removeprefix(QOS_PREFIX), known, 1, 0.0)
-        there = f'the nearest is {QOS_PREFIX}{nearest[0]}' if nearest else 'it has none'
-        problems.append(f'{name}: no publisher or subscription of this node has it; {there}')
+        there = f'the nearest is {QOS_PREFIX}{nearest[0]}' if nearest else 'which has none'
+        problems.append(f'{name}: is not of a publisher or subscription of this node, {there}')
     if problems:
         raise ParameterError(f'{node.get_fully_qualified_name()}: ' + '; '.join(problems))
 
@@ -151,7 +151,7 @@ class Times(NamedTuple):
 
     @staticmethod
     def told(info: Mapping[str, Any] | None) -> Times:
-        """Return the times that the middleware reports, or now for both where it reports none."""
+        """Return the times of the middleware, or now for both."""
         if info is None:
             now_ns = time.time_ns()
             return Times(now_ns, now_ns)
@@ -162,9 +162,12 @@ class Times(NamedTuple):
 class Input:
     """State of one subscription.
 
-    `type_name`: of the messages it takes; `last_s`: when a message or a publisher came last [s];
-    `times` of the `pending` messages, where the node keeps them. On a topic that `is_shared` many
-    may publish, and silence means nothing. Messages that are `signed` name the graph they are of.
+    Attributes:
+        type_name: type of its messages.
+        is_shared: whether many publish there, and silence is normal.
+        is_signed: whether messages name their graph.
+        last_s: time of the last message or new publisher [s].
+        times: times of the `pending` messages, if the node keeps them.
     """
 
     type_name: str
@@ -182,7 +185,7 @@ class Input:
 
 @dataclass
 class Output:
-    """State of one publisher; `matched` counts its subscribers."""
+    """State of one publisher. `matched` counts its subscribers."""
 
     publisher: Any
     sent: int = 0
@@ -208,35 +211,33 @@ class Output:
 
 def node_of(info: Any) -> str:
     """Return the full name of the node that a publisher belongs to."""
-    # rmw's name for a node that it has not heard of yet, or that has none.
+    # rmw's name for an unknown or unnamed node
     if info.node_name == '_NODE_NAME_UNKNOWN_':
         return 'a node not yet known by name'
     return f'{info.node_namespace.rstrip("/")}/{info.node_name}'
 
 
 # -----------------------------------------------------------------------------
-# From serialised messages to samples; invalid messages are counted and ignored.
+# From serialised messages to samples. Invalid messages are counted and ignored.
 #
-# Anybody may publish anything on a topic. A message that cannot be decoded, belongs to another
-# frame, or has wrong names or NaN neither ends a node nor hides its neighbours. The fate of a
-# message does not depend on the others that came with it.
+# Foreign nodes may publish on a topic. A message that cannot be decoded, belongs to another frame,
+# or has wrong names or NaN neither ends a node nor hides its neighbours in a batch.
 
 
 FRAME_NS = 10 * NS_PER_S
-"""Time of messages in a new frame alone, as after a driver's restart, after which it is taken."""
+"""Time after which a new frame is accepted, if messages have no other: a driver's restart."""
 
 
 def short(said: object, write: Callable[[object], str] = repr) -> str:
-    """Return what a message says in at most 80 characters, for logs and /diagnostics."""
+    """Return a part of a message in at most 80 characters, for logs and /diagnostics."""
     return text if len(text := write(said)) <= 80 else f'{text[:79]}…'
 
 
 class Intake:
     """Decodes the messages of one topic of the table.
 
-    `note` is called with a reason and its description, once for each message that is ignored.
-    Messages in another frame than before are ignored until they alone have come for `FRAME_NS`;
-    meanwhile `trouble` says so.
+    `note` is called with a reason and its description for each ignored message. Messages in a new
+    frame are ignored, with a text in `trouble`, until all have had it for `FRAME_NS`.
     """
 
     def __init__(self, topic: str, note: Callable[[str, str], None]) -> None:
@@ -244,11 +245,11 @@ class Intake:
         self._kind: tuple[str, tuple[str, ...], tuple[int, ...]] | None = None
         self._other: tuple[str, int] | None = None
         self.trouble = ''
-        # Names with which the scalars must begin; for other topics the first message decides.
+        # Names with which the scalars must begin. For other topics the first message decides.
         self._required = ESTIMATE_NAMES if topic == s.ESTIMATE else None
 
     def samples(self, payloads: Sequence[bytes]) -> tuple[s.Samples | None, list[bytes]]:
-        """Return the samples of the usable messages, None if there are none, and these messages.
+        """Return the samples of the usable messages, or `None`, and these messages.
 
         Messages without a header are stamped 0.
         """
@@ -273,13 +274,13 @@ class Intake:
             if fault is None:
                 good.append((sample, payload))
             else:
-                self._note(fault[0], f'a message is left aside: {fault[1]}')
+                self._note(fault[0], f'a message is ignored: {fault[1]}')
         if not good:
             return None, []
         return s.join([cast(s.TimeSamples, one) for one, _ in good]), [raw for _, raw in good]
 
     def _waited(self, sample: Any, fault: tuple[str, str]) -> tuple[str, str] | None:
-        """Return the fault of a message in another frame; None once that frame is taken."""
+        """Return the fault of a message in another frame, `None` once it is accepted."""
         frame, stamp_ns = sample.frame_id, int(sample.stamp_ns[0])
         if self._other is None or self._other[0] != frame:
             self._other = frame, stamp_ns
@@ -287,7 +288,7 @@ class Intake:
             self._kind = self._other = None
             self.trouble = ''
             return next(self._faults(sample), None)
-        self.trouble = f'{self._topic}: {fault[1]}; such messages are left aside'
+        self.trouble = f'{self._topic}: {fault[1]}. Such messages are ignored'
         return fault
 
     def _decoded(self, payloads: Sequence[bytes]) -> s.Samples:
@@ -297,7 +298,7 @@ class Intake:
         return samples
 
     def _faults(self, samples: s.Samples) -> Iterator[tuple[str, str]]:
-        """Yield what is wrong with samples, in a word and in full."""
+        """Yield the faults of samples, each in a word and in full."""
         if isinstance(samples, s.TextSamples | s.SpatialImu):
             return
         if samples.stamp_ns.min() < 0:
@@ -309,7 +310,7 @@ class Intake:
             numbers = (samples.position, samples.velocity, samples.effort)
             widths = tuple(number.shape[1] for number in numbers)
             if not all(np.isfinite(number).all() for number in numbers):
-                yield 'not_finite', 'one of its numbers is none'
+                yield 'not_finite', 'it has NaN or an infinite number'
         if self._required is not None and names[: len(self._required)] != self._required:
             yield 'other_names', f'names {short(names)}, which do not begin with {self._required}'
         if self._kind is None:
@@ -338,8 +339,8 @@ come, and if they are calm, without flow control, CALM_S after it."""
 CALM_S = 0.1
 
 LOOK_S = 0.3
-"""Interval at which they look after their ports and what else is due [s]: most of what an idle
-node costs is to wake up."""
+"""Interval at which they look after their ports and other tasks [s]: an idle node costs CPU mainly
+by waking up."""
 
 BATCH = 200
 """Messages after which a node works without waiting for its tick."""
@@ -348,7 +349,7 @@ BATCH = 200
 class GraphNode(Node):
     """Base of the nodes. Subclasses override `take`, `at_end`, `tick`, `close`, `health`.
 
-    `role` says which node of the table in parameters.py this is; it is also its default name.
+    `role` is the node's key in the table of parameters.py, and its default name.
     """
 
     keeps_times = False
@@ -369,42 +370,42 @@ class GraphNode(Node):
         self.outputs: dict[str, Output] = {}
         self.times: dict[str, list[Times]] = {}
         self.flow: Any = None
-        """The node's part in the flow control of a voyage; None on a boat."""
+        """The node's part in the flow control of a voyage, or `None` on a boat."""
         self.diagnostics: Diagnostics | None = None
         self.failure: Exception | None = None
         self.over = False
         self.exit_code = 0
         self.input_over = False
         self.waiting: list[str] = []
-        """What the outputs wait for before anything may be sent."""
+        """Nodes for which the outputs wait before they send."""
         self._soon: Any = None
         self._intakes: dict[str, Intake] = {}
         self._left_aside: dict[str, int] = {}
         self._alarm: tuple[float, str] | None = None
 
-    # What a subclass says.
+    # For subclasses.
 
     def take(self, payloads: Mapping[str, Sequence[bytes]]) -> None:
         """Take messages that have arrived, by topic."""
 
     def at_end(self) -> None:
-        """Publish what is still held back, since no more input will come."""
+        """Publish the last results: the input has ended."""
 
     def lost(self, short: Mapping[str, int]) -> None:
-        """Act on messages that were sent and will not come, by topic: their number.
+        """Act on the numbers of lost messages, by topic.
 
-        NodesError: what the node would publish from now on is not what the scene says.
+        NodesError: the node could no longer publish results of the scene.
         """
         raise NodesError(f'messages were lost on the way: {dict(short)}. Start the voyage again')
 
     def tick(self) -> None:
-        """Do what is due; called at each tick of the steady clock and when credits come."""
+        """Work at each tick of the steady clock and when credits come."""
 
     def close(self) -> None:
-        """Leave the graph cleanly; the context is still alive."""
+        """Leave the graph cleanly, while the context is alive."""
 
     def health(self) -> dict[str, int]:
-        """Return counters of what was refused or bridged."""
+        """Return counters of refused messages and bridged gaps."""
         ports: list[tuple[str, Input | Output]] = [*self.inputs.items(), *self.outputs.items()]
         clashes = {f'{topic} incompatible_qos': p.incompatible for topic, p in ports}
         return {**self._left_aside, **{name: n for name, n in clashes.items() if n}}
@@ -415,15 +416,15 @@ class GraphNode(Node):
 
     @property
     def trouble(self) -> str:
-        """What keeps the node from working at present; empty if nothing does."""
+        """The fault that stops the node at present, or an empty text."""
         return '; '.join(intake.trouble for intake in self._intakes.values() if intake.trouble)
 
     @property
     def notices(self) -> list[str]:
-        """What the node works without at present, with the remedies."""
+        """Missing inputs without which the node works at present, with remedies."""
         return []
 
-    # What it notices.
+    # Faults of messages.
 
     def intake(self, topic: str) -> Intake:
         """Return the decoder of the messages of a topic."""
@@ -432,20 +433,20 @@ class GraphNode(Node):
         return self._intakes[topic]
 
     def decoded(self, topic: str, raw: Sequence[bytes]) -> tuple[Samples | None, list[bytes]]:
-        """Return the samples of the usable messages, and these; others do not end a silence."""
+        """Return the samples of the usable messages, and these. Only they end a silence."""
         samples, good = self.intake(topic).samples(raw)
         if samples is not None:
             self.inputs[topic].last_s = time.monotonic()
         return samples, good
 
     def note(self, topic: str, reason: str, words: str) -> None:
-        """Count what is wrong with a message; in our own graph, which loses none, NodesError."""
+        """Count a fault of a message. In our own graph it is a NodesError."""
         if self.flow is not None:
             raise NodesError(f'{topic}: {reason}: {words}')
         self.leave_aside(topic, reason, words)
 
     def leave_aside(self, topic: str, reason: str, words: str) -> None:
-        """Count a message that is ignored; name the first one of a kind in the log."""
+        """Count an ignored message, and log the first of a kind."""
         key = f'{topic} {reason}'
         self._left_aside[key] = self._left_aside.get(key, 0) + 1
         if self._left_aside[key] == 1:
@@ -463,7 +464,7 @@ class GraphNode(Node):
         self._alarm = time.monotonic(), words
 
     def recent_alarm(self, now_s: float) -> str:
-        """Return what was last alarming, for `RECENT_S` after it; empty where nothing is."""
+        """Return the last alarm of the last `RECENT_S`, or an empty text."""
         if self._alarm is None or now_s - self._alarm[0] > RECENT_S:
             return ''
         return self._alarm[1]
@@ -484,7 +485,7 @@ class GraphNode(Node):
         return guarded
 
     def fail(self, error: Exception) -> None:
-        """Give up: nothing is taken or sent any more; /rosout and /diagnostics get the reason."""
+        """Give up: neither take nor send messages. /rosout and /diagnostics get the reason."""
         if self.failure is None:
             self.failure = error
             self.get_logger().fatal(f'{type(error).__name__}: {error}')
@@ -500,7 +501,7 @@ class GraphNode(Node):
         not go with flow control, or of no port.
         """
         if self.settings.credits:
-            # By name: a boat has nothing of the simulation in its memory.
+            # by name: a boat does not import the simulation
             control = import_module('tauto_nodes.simulation.credits').Credits
             self.flow = control(self, [p.name for p in inputs], [p.name for p in outputs])
         try:
@@ -525,7 +526,7 @@ class GraphNode(Node):
             output.incompatible = info.total_count
             self.get_logger().warning(
                 f'{port.name}: a subscriber asks for more than this node offers '
-                f'({qos_policy_name_from_kind(info.last_policy_kind)}) and gets nothing'
+                f'({qos_policy_name_from_kind(info.last_policy_kind)}) and gets no messages'
             )
 
         publisher = self.create_publisher(
@@ -539,7 +540,7 @@ class GraphNode(Node):
         self.outputs[port.name] = output
 
     def listen_to(self, port: TopicPort, *, is_shared: bool = False) -> Any:
-        """Create a subscription with its state in `inputs`; return it."""
+        """Create a subscription with its state in `inputs`. Return it."""
         source = self.inputs[port.name] = Input(type_name(port.message), is_shared)
         if self.flow is not None and self.flow.listen_to(port, source):
             return source.subscription
@@ -561,14 +562,14 @@ class GraphNode(Node):
         def asks_too_much(info: Any) -> None:
             source.incompatible = info.total_count
             self.get_logger().error(
-                f"{port.name}: a publisher's quality of service does not match; "
-                'set qos_overrides or imu_reliability'
+                f"{port.name}: a publisher's quality of service does not match. "
+                'Set qos_overrides or imu_reliability'
             )
 
         source.subscription = self.create_subscription(
             port.message,
             port.name,
-            # the events executor fails where a callback asks for more (7.1.6)
+            # the events executor fails if a callback asks for more (7.1.6)
             self.guard(take if drains and self.keeps_times else lambda one: take(one)),  # noqa: PLW0108
             port.profile,
             raw=True,
@@ -580,9 +581,8 @@ class GraphNode(Node):
     def look_at_links(self) -> None:
         """Note how many publishers and subscribers each port is matched with.
 
-        The events that tell of them are not asked for, nor those of lost messages: rmw_fastrtps
-        locks event and reader in opposite orders when it takes one and when the next one comes,
-        and then both wait for good (ros2/rmw_fastrtps pull request 890, not in Jazzy).
+        It does not use the events for them, nor for lost messages: rmw_fastrtps locks event and
+        reader in opposite orders, and can deadlock (its pull request 890, not in Jazzy).
         """
         for topic, source in self.inputs.items():
             count = source.subscription.get_publisher_count()
@@ -594,18 +594,18 @@ class GraphNode(Node):
             output.look()
 
     def publishers_of(self, topic: str) -> list[Any]:
-        """Return what is known of the publishers that an input may hear."""
+        """Return the descriptions of the publishers on an input's topic."""
         name: str = self.inputs[topic].subscription.topic_name
         return list(self.get_publishers_info_by_topic(name))
 
     def sources_of(self, topic: str) -> list[str]:
-        """Return the names of the nodes that publish what an input takes."""
+        """Return the names of the nodes with publishers of an input's topic and type."""
         wanted = self.inputs[topic].type_name
         infos = self.publishers_of(topic)
         return sorted(node_of(info) for info in infos if info.topic_type == wanted)
 
     def misfits(self, topic: str) -> list[str]:
-        """Return the publishers on an input's topic that send another type, each in words."""
+        """Return a text for each publisher of another type on an input's topic."""
         wanted = self.inputs[topic].type_name
         return sorted(
             f'{node_of(info)} sends {info.topic_type}'
@@ -616,11 +616,11 @@ class GraphNode(Node):
     def _several_sources(self, topic: str) -> None:
         words = f'{topic}: more than one publisher ({", ".join(self.sources_of(topic))})'
         if self.flow is None:
-            self.get_logger().warning(f'{words}; their messages are mixed. Stop all but one')
+            self.get_logger().warning(f'{words}. Their messages are mixed. Stop all but one')
         else:
             self.fail(
                 NodesError(
-                    f'{words}; with flow_control = credits a topic has one source only. Stop the '
+                    f'{words}. With flow_control = credits a topic has one source only. Stop the '
                     'other, or give the graph a namespace or a ROS_DOMAIN_ID of its own'
                 )
             )
@@ -628,7 +628,7 @@ class GraphNode(Node):
     # In.
 
     def received(self, source: Input, payloads: list[bytes]) -> None:
-        """Keep the messages; process them if there are many."""
+        """Keep the messages. Process them if there are many."""
         if self.input_over:
             return
         source.received += len(payloads)
@@ -654,8 +654,8 @@ class GraphNode(Node):
         self.work()
 
     def work(self) -> None:
-        """Take what is pending."""
-        # While its own output waits, a node takes nothing: that is what holds its sources back.
+        """Take the pending messages."""
+        # While its own output waits, a node takes no input: this holds its sources back.
         if self.backlogged:
             return
         now = time.monotonic()
@@ -683,7 +683,7 @@ class GraphNode(Node):
         self.pump(topic)
 
     def pump(self, topic: str) -> None:
-        """Publish what waits, as far as flow control allows."""
+        """Publish waiting messages, as far as flow control allows."""
         output = self.outputs[topic]
         count = len(output.queue)
         if self.flow is not None and count:
@@ -692,7 +692,7 @@ class GraphNode(Node):
             output.publish([output.queue.popleft() for _ in range(count)])
 
     def end_input(self) -> None:
-        """Process what is pending and publish what is held back; later input is ignored."""
+        """Process all pending messages and publish the last results. Ignore later input."""
         if not self.input_over:
             self.work()
             self.input_over = True
@@ -712,12 +712,12 @@ class GraphNode(Node):
 # -----------------------------------------------------------------------------
 # /diagnostics: one status a second from each node, named with its namespace.
 #
-# A node publishes OK, WARN and ERROR; STALE is what an aggregator says of a node that is silent.
+# A node publishes OK, WARN and ERROR. An aggregator calls a silent node STALE.
 
 PERIOD_S = 1.0
 
 IRREGULAR = (SCENE, OBSERVATION, SLACK)
-"""Topics whose silence means nothing."""
+"""Topics that may be silent."""
 
 OPTIONAL = (SCENE, OBSERVATION, SHIP_FIX, SLACK)
 """Topics that a graph on a live sensor may do without."""
@@ -734,7 +734,7 @@ Finding = tuple[bytes, str]
 def assess(node: GraphNode, now_s: float, recent: dict[str, int] | None = None) -> Finding:
     """Return the worst level and the reasons for it, at a steady time as of time.monotonic [s].
 
-    `recent` has the increase of the counters in the last RECENT_S; None: since the start.
+    `recent` has the increase of the counters in the last RECENT_S (default: since the start).
     """
     risen = {name: n for name, n in node.health().items() if n} if recent is None else recent
     found = list(_findings(node, now_s, risen))
@@ -773,12 +773,12 @@ def _findings(node: GraphNode, now_s: float, risen: dict[str, int]) -> Iterator[
 
 
 def _missing(node: GraphNode, now_s: float) -> Iterator[Finding]:
-    """Yield what is missing: nodes, publishers, messages."""
+    """Yield missing nodes, publishers and messages."""
     if node.waiting:
         yield DiagnosticStatus.WARN, f'waiting for {", ".join(node.waiting)}'
     lonely = [topic for topic, source in node.inputs.items() if not source.matched]
     if node.flow is None:
-        # A recorder takes what there is; a stage can do without what is optional.
+        # A recorder takes any topics, and a stage does not need the optional ones.
         needed = [t for t in lonely if t not in OPTIONAL and not node.inputs[t].is_shared]
         lonely = needed if node.outputs or len(lonely) == len(node.inputs) else []
     misfits = {topic: node.misfits(topic) for topic in lonely}
@@ -853,5 +853,5 @@ class Diagnostics:
         self._publisher.publish(array)
 
     def deliver(self) -> None:
-        """Wait, for a moment, until the last status has reached who subscribes to it."""
+        """Wait a moment until the last status has reached its subscribers."""
         self._publisher.wait_for_all_acked(Duration(seconds=1))

@@ -27,7 +27,7 @@ from tauto_core.scene import Scene, load_scene, shipped_scenes
 from tauto_nodes import ParameterError
 
 # -----------------------------------------------------------------------------
-# What the nodes need of rclpy and its public interface does not offer, all in one place.
+# All uses of rclpy outside of its public interface.
 #
 # Tried with rclpy 7.1.6 (Jazzy).
 
@@ -41,7 +41,7 @@ def check_executor(name: str) -> None:
     """Raise ParameterError if this rclpy lacks the executor `events`."""
     if name == 'events' and find_spec('rclpy.experimental.events_executor') is None:
         raise ParameterError(
-            'executor = events: this rclpy has none; it came with 7.1.4. Update ROS, or set '
+            'executor = events: this rclpy lacks it before 7.1.4. Update ROS, or set '
             'executor:=single'
         )
 
@@ -56,10 +56,9 @@ def overrides_of(node: Node) -> Mapping[str, RosParameter]:
 
 
 def take_raw(subscription: Subscription) -> tuple[bytes, Mapping[str, Any]] | None:
-    """Return the next serialised message of a subscription's queue; None where it is empty.
+    """Return the next serialised message of a subscription's queue and its info, or `None`.
 
-    With it comes what the middleware says of it. An executor takes one message a wait, and there
-    is no public way to take the others.
+    An executor takes one message a wait, and there is no public way to take the others.
     """
     with subscription.handle:
         taken: tuple[bytes, Mapping[str, Any]] | None = subscription.handle.take_message(
@@ -86,12 +85,12 @@ class Parameter:
     Args:
         name: as in a parameter file.
         default: its type is the parameter's type (double, bool, string or string array).
-        description: what it sets.
-        unit: unit of the value, empty where it has none.
+        description: its meaning.
+        unit: unit of the value, or empty.
         low, high: closed range of a double.
-        choices: the strings allowed; empty: any.
+        choices: the allowed strings, if they are limited.
         required: an empty string is refused.
-        is_path: it names a file or folder, which must lie in TAUTO_FOLDER where that is set.
+        is_path: it names a file or folder, which must be in TAUTO_FOLDER if that is set.
         read_only: set at the start only.
     """
 
@@ -113,7 +112,7 @@ class Parameter:
 
     @property
     def allowed(self) -> str:
-        """The range or choices in words; empty where all values are allowed."""
+        """The range or choices in words, or an empty text."""
         if self.choices:
             return ', '.join(f'`{choice}`' for choice in self.choices)
         if isinstance(self.default, float) and math.isfinite(self.low):
@@ -121,7 +120,7 @@ class Parameter:
         return 'not empty' if self.required else ''
 
     def problem(self, value: object) -> str:
-        """Return why the value is refused; empty where it is not."""
+        """Return why the value is refused, or an empty text."""
         said = f'{self.name} = {value!r}'
         if isinstance(self.default, float) and isinstance(value, float):
             if not self.low <= value <= self.high:  # also false for NaN
@@ -135,17 +134,17 @@ class Parameter:
             return ''
         if Path(str(value)).resolve().is_relative_to(Path(folder).resolve()):
             return ''
-        return f'{said}: lies outside of {FOLDER_VARIABLE} = {folder}; name a place in it'
+        return f'{said}: is outside of {FOLDER_VARIABLE} = {folder}. Name a place in it'
 
 
 # -----------------------------------------------------------------------------
-# Parameter files: that of a graph is written, and what all nodes share in others is found.
+# Parameter files: write a graph's, and find the section of all nodes in others.
 
 
 def write_parameters(
     folder: Path, namespace: str, own: Mapping[str, Mapping[str, object]]
 ) -> Path:
-    """Write a file with the parameters of a graph's nodes, `own` by name; return its path."""
+    """Write a file with the parameters of a graph's nodes, `own` by name. Return its path."""
     space = f'/{namespace.strip("/")}'.rstrip('/')
     # No object comes twice: the parser of ROS takes no YAML aliases.
     content = {f'{space}/{node}': {'ros__parameters': {**held}} for node, held in own.items()}
@@ -210,7 +209,7 @@ class NodeSettings:
         return self.values[name]
 
     def scene(self) -> Scene:
-        """Load the scene that the parameters `scene` and `duration` name; SceneError otherwise."""
+        """Load the scene that the parameters `scene` and `duration` name (SceneError: invalid)."""
         duration = self['duration']
         return load_scene(self['scene'], **({'duration': duration} if duration > 0.0 else {}))
 
@@ -245,7 +244,7 @@ _SCENE = Parameter(
 _DURATION = Parameter(
     'duration',
     0.0,
-    "replaces the duration of the scene; 0: the scene's own",
+    "replaces the duration of the scene (0: the scene's own)",
     unit='s',
     low=0.0,
     high=1e10,
@@ -253,22 +252,22 @@ _DURATION = Parameter(
 _IMU = Parameter(
     'imu_reliability',
     'reliable',
-    'reliability that the subscription to ship/imu requests; most sensors only offer '
+    'reliability that the subscription to ship/imu requests. Most sensors only offer '
     '`best_effort`',
     choices=('reliable', 'best_effort'),
 )
 _MOUNT = Parameter(
     'imu_rotation',
     '',
-    'how the sensor is mounted: roll, pitch and yaw of its axes in those of the clock, in degrees '
-    "(`'0 0 90'`: its x points to port); empty: its frame must be clock_mount, or one "
-    'from which a static transform of tf2 leads there. With a foreign source',
+    "mounting of the sensor: roll, pitch and yaw of its axes in the clock's axes, in degrees "
+    "(`'0 0 90'`: its x points to port). If empty, its frame must be clock_mount, or have a "
+    'static transform of tf2 to it. With a foreign source',
 )
 _FIX_SPEED = Parameter(
     'fix_max_speed',
     50.0,
-    'with a foreign source: most that the ship makes; a fix out of her reach is refused '
-    'until such fixes persist for a minute, and the sigma of a place grows by it with age',
+    'with a foreign source: largest speed of the ship. A fix out of its reach is refused until '
+    'such fixes persist for a minute, and the sigma of a place grows by it with age',
     unit='m/s',
     low=0.1,
     high=1000.0,
@@ -276,7 +275,7 @@ _FIX_SPEED = Parameter(
 _CLOCK = Parameter(
     'publish_clock',
     False,
-    'publish /clock, at most 100 times a second; refused if another node publishes it',
+    'publish /clock, at most 100 times a second. Refused if another node publishes it',
 )
 _WAIT = Parameter(
     'wait',
@@ -292,21 +291,20 @@ _COMMON = (
     Parameter(
         'flow_control',
         'none',
-        '`credits`: senders wait for receivers and nothing is lost (all nodes of the graph must '
-        'have it); `none`: another program drives the graph',
+        '`credits`: senders wait for receivers, and no message is lost (all nodes of the graph '
+        'must have it). `none`: another program drives the graph',
         choices=('none', 'credits'),
     ),
     Parameter(
         'graph',
         ('ship_motion', 'trochlea', 'drift_estimator', 'longitude', 'recorder'),
-        "with `credits`: names of all nodes of this namespace's graph; nothing is sent before "
-        'all of them are there',
+        "with `credits`: names of all nodes of this namespace's graph, which wait for each other",
     ),
     Parameter(
         'packed',
         False,
         'with `credits`: nodes of the graph send each other many messages in one, on hidden '
-        'topics; the topics themselves carry what others subscribe to. On all nodes or on none',
+        'topics. The topics themselves serve other subscribers. The same on all nodes',
     ),
 )
 _STAGE = (
@@ -315,7 +313,7 @@ _STAGE = (
     Parameter(
         'source',
         'scene',
-        "`scene`: the inputs follow the scene's schedule from its first stamp; `foreign`: a "
+        "`scene`: the inputs follow the scene's schedule from its first stamp. `foreign`: a "
         'sensor, another simulator or a bag drives the graph, which is anchored at the first '
         'stamp that comes',
         choices=('scene', 'foreign'),
@@ -323,14 +321,14 @@ _STAGE = (
     Parameter(
         'state_folder',
         '',
-        'folder for a file with the state of the stage, restored at the next start, so that the '
-        'dial goes on; empty: none. Not with `credits`. live.launch.py names one',
+        'folder for the state of the stage, which continues from it at its next start (empty: no '
+        'state). Not with `credits`. live.launch.py names one',
         is_path=True,
     ),
     Parameter(
         'state_interval',
         10.0,
-        'time between two writings of the state; an observation is written at once',
+        'time between two writings of the state. An observation is written at once',
         unit='s',
         low=0.1,
         high=86400.0,
@@ -345,7 +343,7 @@ PARAMETERS: dict[str, tuple[Parameter, ...]] = {
         Parameter(
             'speed',
             1.0,
-            'sea time by wall time; 0: as fast as the graph can, which needs `credits`',
+            'sea time by wall time (0: as fast as the graph can, with `credits`)',
             unit='s/s',
             low=0.0,
             high=1e6,
@@ -362,8 +360,8 @@ PARAMETERS: dict[str, tuple[Parameter, ...]] = {
         Parameter(
             'reset_on_time_jump',
             False,
-            'with a foreign source: set the dial again where the stamps of ship/imu go back for '
-            'good; otherwise it does so only where /clock goes back, under `use_sim_time`',
+            'with a foreign source: set the dial again if the stamps of ship/imu go back for '
+            'good, not only if /clock goes back under `use_sim_time`',
         ),
     ),
     'drift_estimator': (*_STAGE, _IMU, _MOUNT, _FIX_SPEED),
@@ -382,21 +380,19 @@ PARAMETERS: dict[str, tuple[Parameter, ...]] = {
     'recorder': (
         Parameter('output', '', 'folder of the bag to write', required=True, is_path=True),
         Parameter('force', False, 'replace a bag that is already there'),
-        Parameter(
-            'beside', False, 'where there is a bag already, write beside it: NAME_2, NAME_3, …'
-        ),
+        Parameter('beside', False, 'if there is a bag already, write NAME_2, NAME_3, …'),
         Parameter(
             'topics',
             ('all',),
-            'topics to record, relative names; `all`: the topic table and, without `credits`, '
+            'topics to record, relative names. `all`: the topic table and, without `credits`, '
             '/diagnostics and /tf_static. Without `credits` absolute names add other topics',
         ),
         Parameter(
             'scene',
             '',
-            'scene file or built-in name: ship/imu is left out where the scene keeps no motion, '
-            'and without `credits` the bag begins with the scene, so that `tauto replay` needs '
-            'none; empty: every topic asked for is recorded',
+            'scene file or built-in name: ship/imu is omitted if the scene keeps no motion, and '
+            'without `credits` the bag begins with the scene, for `tauto replay`. Empty: record '
+            'all topics that are asked for',
             is_path=True,
         ),
         _DURATION,
@@ -412,7 +408,7 @@ PARAMETERS: dict[str, tuple[Parameter, ...]] = {
         Parameter(
             'chunk_size',
             512.0,
-            'of the MCAP chunks, before compression; a flush ends a chunk earlier',
+            'of the MCAP chunks, before compression. A flush ends a chunk earlier',
             unit='KiB',
             low=1.0,
             high=65536.0,
@@ -421,7 +417,7 @@ PARAMETERS: dict[str, tuple[Parameter, ...]] = {
         Parameter(
             'report',
             '',
-            'file for the counts per topic, as JSON, in a graph also under way; empty: log only',
+            'file for the counts per topic, as JSON, in a graph also under way (empty: log only)',
             is_path=True,
         ),
         *_COMMON,
@@ -434,7 +430,7 @@ PARAMETERS: dict[str, tuple[Parameter, ...]] = {
         Parameter(
             'magnify',
             20.0,
-            'how much larger than life the clock is drawn; the ship is 30 m long',
+            'how much larger than life the clock is drawn. The ship is 30 m long',
             low=1e-3,
             high=1e6,
         ),
@@ -457,7 +453,7 @@ PARAMETERS: dict[str, tuple[Parameter, ...]] = {
         Parameter(
             'topics',
             ('scene', 'ship/imu', 'ship/fix', 'ship/temperature', 'clock/observation'),
-            'topics to play, as in the bag less its namespace; `all`: every topic of the bag',
+            'topics to play, as in the bag less its namespace. `all`: every topic of the bag',
         ),
         _CLOCK,
         _WAIT,
@@ -478,13 +474,13 @@ def _problems(
             continue
         if name not in table:
             near = difflib.get_close_matches(name, table, 1, 0.0)[0]
-            yield f'{name}: no such parameter of {role}; the nearest is {near}'
+            yield f'{name}: no such parameter of {role}. The nearest is {near}'
             continue
         expected, found = table[name].type, _ROS_TYPES.get(given.type_, given.type_.name.lower())
         if expected == 'double' and found == 'integer':
             yield (
-                f'{name} = {given.value}: is an integer, must be a double; '
-                f'write {float(given.value)!r}'
+                f'{name} = {given.value}: is an integer, must be a double. '
+                f'Write {float(given.value)!r}'
             )
         elif expected != found:
             yield f'{name} = {given.value!r}: is of type {found}, must be {expected}'
@@ -496,11 +492,11 @@ def _problems(
 
 
 def declare(node: Node, role: str) -> NodeSettings:
-    """Declare a node's parameters and return what they are set to.
+    """Declare a node's parameters and return their values.
 
-    Run-time changes of the few that allow it are checked against the table. ParameterError tells
-    in one text of all unknown names (but for the section /** of a parameter file, which other
-    nodes share), wrong types and values out of range.
+    Changes at run time are checked against the table. One ParameterError names all unknown
+    parameters (except in the section /** of a file, which other nodes share), wrong types and
+    values out of range.
     """
     overrides = overrides_of(node)
     shared = shared_names(node.get_fully_qualified_name(), sys.argv)
@@ -509,7 +505,7 @@ def declare(node: Node, role: str) -> NodeSettings:
     anywhere = {p.name for parameters in PARAMETERS.values() for p in parameters}.union(_OF_ROS)
     for name in sorted(shared & overrides.keys() - anywhere):
         node.get_logger().warning(
-            f'{name}: no node has this parameter; it stands in the section /** of a parameter file'
+            f'{name}: no node has this parameter of the section /** of a parameter file'
         )
     table = {parameter.name: parameter for parameter in PARAMETERS[role]}
     for parameter in table.values():

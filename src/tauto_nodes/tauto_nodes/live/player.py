@@ -33,11 +33,11 @@ StampedMessage: TypeAlias = tuple[int, str, bytes]
 """Stamp [ns], topic, payload."""
 
 BURST = 1000
-"""Most messages sent in one tick, so that a node at full speed still hears the others."""
+"""Most messages sent in one tick: a node at full speed must still receive."""
 
 SLICE = 4
-"""Most messages sent at once where a node outside the graph subscribes: a queue
-of ten, as `ros2 topic echo` and many nodes have it, then does not overflow."""
+"""Most messages sent at once to a node outside of the graph. A queue of ten, as in `ros2 topic
+echo` and many nodes, then does not overflow."""
 
 PAUSE_S = 1.5e-3
 """Time between two slices [s]: rclpy takes a message in some 0.2 ms."""
@@ -50,7 +50,7 @@ class SourceNode(GraphNode):
 
     With flow control it begins when the whole graph is matched, else when each of its topics has a
     subscriber or after the parameter `wait`. `pace` names the parameter with the stamped seconds
-    per second; 0 is unpaced.
+    per second (0: unpaced).
     """
 
     paces = True
@@ -62,7 +62,7 @@ class SourceNode(GraphNode):
         self._items: Iterator[StampedMessage] = iter(())
         self._next: StampedMessage | None = None
         self.sent_until_ns = 0
-        """Stamp of the last item that was sent [ns]; 0 before the first."""
+        """Stamp of the last sent item [ns], or 0."""
         self._clock_ns = -1
         self._sea_clock: Any = None
         self._born_s = time.monotonic()
@@ -70,9 +70,9 @@ class SourceNode(GraphNode):
         self.add_post_set_parameters_callback(self._repace)
 
     def start(self, items: Iterator[StampedMessage]) -> None:
-        """Begin with these items once the subscribers are there; ports are connected by now.
+        """Begin with these items once the subscribers are there. The ports must be connected.
 
-        It raises NodesError if /clock is wanted, but somebody else publishes it.
+        NodesError: another node publishes /clock.
         """
         if self.settings['publish_clock']:
             # Discovery takes a while to hear of another publisher.
@@ -96,7 +96,7 @@ class SourceNode(GraphNode):
         """Do what remains when the last item has been sent."""
 
     def tick(self) -> None:
-        """Send what is due."""
+        """Send the due messages."""
         now_s = time.monotonic()
         if self._base is None:
             # Without flow control the number of subscribers is unknown.
@@ -109,7 +109,7 @@ class SourceNode(GraphNode):
         due: list[StampedMessage] = []
         is_watched = any(output.watched for output in self.outputs.values())
         late_s = (due_ns - (self._next[0] if self._next else 0)) / NS_PER_S / (self._pace or 1.0)
-        # a source late by half a second spreads nothing: the pace is too high for it
+        # a source late by half a second sends at once: the pace is too high for it
         is_spread = is_watched and self._pace > 0.0 and late_s < 0.5
         most = 6 * SLICE if is_spread else BURST
         while self._next and not self.backlogged and len(due) < most and self._next[0] <= due_ns:
@@ -146,7 +146,7 @@ class SourceNode(GraphNode):
             if change.name == self._pace_name:
                 now_s = time.monotonic()
                 if self._base is not None:
-                    # From the last message on, so that the new pace does not act backwards.
+                    # from the last message on: the new pace must not act backwards
                     self._base = (now_s, int(min(self._due_ns(now_s), self.sent_until_ns)))
                 self._pace = float(change.value)
 
@@ -158,11 +158,12 @@ class SourceNode(GraphNode):
 def ports_of(bag: Bag, asked: tuple[str, ...]) -> dict[str, TopicPort]:
     """Return the ports to play on, by the topic's name in the bag.
 
-    It raises ParameterError if the bag has none of these topics, NodesError for a message
-    type that is not installed.
+    Raises:
+        ParameterError: the bag lacks these topics.
+        NodesError: a message type is not installed.
     """
     ports = {}
-    # Where the bag has more than one namespace, its names stay absolute.
+    # in a bag with several namespaces, names stay absolute
     prefix = '' if bag.namespace is None else f'/{bag.namespace}/'.replace('//', '/')
     for topic, ros_type in bag.topics.items():
         name = topic.removeprefix(prefix)
@@ -173,15 +174,15 @@ def ports_of(bag: Bag, asked: tuple[str, ...]) -> dict[str, TopicPort]:
         ports[topic] = port(name) if known else TopicPort(name, message_class(ros_type), foreign)
     if not ports:
         raise ParameterError(
-            f'topics = {list(asked)}: the bag has none of them; it has {", ".join(bag.topics)}'
+            f'topics = {list(asked)}: the bag lacks them. It has {", ".join(bag.topics)}'
         )
     return ports
 
 
 class PlayerNode(SourceNode):
-    """Publishes a bag's topics under the player's namespace; ends with the bag.
+    """Publishes a bag's topics under the player's namespace, and ends with the bag.
 
-    Without a `bag` that has been opened already, the parameter `bag` names it.
+    Without an opened `bag` the parameter `bag` names it.
     """
 
     def __init__(self, *, bag: Bag | None = None, **node_options: Any) -> None:

@@ -1,8 +1,8 @@
 """Records the graph to a bag, payloads as they come.
 
-The log time of a simulated voyage is the stamp in the header: nothing in its bag depends on the
-wall clock. That of a live one is the time of receipt, and the publish time that of sending, as in
-the bags of rosbag2; so they show the delay of a sensor, and an error of its clock.
+The log time of a simulated voyage is the stamp in the header: its bag is independent of the wall
+clock. In a live one the log time is the time of receipt, and the publish time the time of sending,
+as in rosbag2. They show the delay of a sensor, and an error of its clock.
 """
 
 from __future__ import annotations
@@ -43,17 +43,17 @@ from tauto_nodes.live.parameters import NodeSettings
 
 @dataclass(frozen=True)
 class RecorderReport:
-    """What the recorder says of a voyage under way and at its end, in the file named `report`.
+    """The recorder's report on a voyage, under way and at its end, in the file named `report`.
 
-    Times are those of `time.monotonic()`, which on Linux is one clock for all processes.
+    Times are of `time.monotonic()`, on Linux one clock for all processes.
 
     Args:
         complete: whether the ends of all topics had come.
-        began_s: when its first message came [s]; None: none came.
-        closed_s: when the bag was closed [s]; None: it is open.
+        began_s: time of the first message [s], if any.
+        closed_s: time at which the bag was closed [s], if it is.
         topics: received, written and lost, by topic.
         heard_s: when each node of the graph was last heard [s].
-        moved_s: when the report of any of them last said something new [s].
+        moved_s: time of the last new report of any of them [s].
     """
 
     complete: bool
@@ -69,9 +69,9 @@ class RecorderReport:
 
     @staticmethod
     def read(file: Path) -> RecorderReport | None:
-        """Return the report; None if there is none yet.
+        """Return the report, or `None` before the first. ValueError: it is incomplete.
 
-        ValueError: it is being written, or there was no room for it.
+        It is being written, or there was no room for it.
         """
         try:
             return RecorderReport(**json.loads(file.read_text('utf-8')))
@@ -84,7 +84,7 @@ MOST_DISORDER_NS = NS_PER_S
 
 
 ALSO = ('/diagnostics', '/tf_static')
-"""Topics of a live bag besides the table: health of the nodes, and mountings."""
+"""Topics of a live bag that are not in the table: health of the nodes, and mountings."""
 
 STAGES = ('trochlea', 'drift_estimator', 'longitude')
 """Nodes that send their remaining messages on a request to stop."""
@@ -102,14 +102,14 @@ def topics_of(settings: NodeSettings) -> tuple[list[str], list[str]]:
     foreign = [name for name in asked if name.startswith('/')]
     if foreign and settings.credits:
         raise ParameterError(
-            f'topics = {list(asked)}: {foreign[0]} is none of the graph, and with flow_control = '
-            'credits nobody says how much of it there was. Record it by ros2 bag'
+            f'topics = {list(asked)}: {foreign[0]} is not of the graph, and with flow_control = '
+            'credits its losses are unknown. Record it by ros2 bag'
         )
     known = [name for name in asked if name not in foreign]
     if unknown := [name for name in known if name not in TOPICS and name != 'all']:
         raise ParameterError(
-            f'topics = {list(asked)}: {unknown[0]} is not in the table; it holds '
-            f'{", ".join(TOPICS)}, or say all; a topic beside it has an absolute name'
+            f'topics = {list(asked)}: {unknown[0]} is not in the table. It holds '
+            f'{", ".join(TOPICS)}. Use one of these, all, or an absolute name of another topic'
         )
     if 'all' in known and not settings.credits:
         foreign += [name for name in ALSO if name not in foreign]
@@ -125,8 +125,8 @@ def topics_of(settings: NodeSettings) -> tuple[list[str], list[str]]:
 class RecorderNode(GraphNode):
     """Writes its topics to a bag until their ends have come, or until it is stopped.
 
-    The bag is closed cleanly either way; then the numbers received, written and lost are reported
-    for each topic. The exit code is 1 if anything was lost.
+    It always closes the bag cleanly, and reports the numbers received, written and lost for each
+    topic. The exit code is 1 after a loss.
     """
 
     def __init__(self, **node_options: Any) -> None:
@@ -148,7 +148,7 @@ class RecorderNode(GraphNode):
         self._closed = False
         self._began_s: float | None = None
         self._newest_ns: dict[str, int] = {}
-        # Without flow control nothing marks the end of a voyage: stopping the recorder ends it.
+        # Without flow control a voyage has no end marker: stopping the recorder ends it.
         self._complete = not self.settings.credits
         self._flushed_s = self._told_s = time.monotonic()
         self._unflushed = False
@@ -159,7 +159,7 @@ class RecorderNode(GraphNode):
         self._leaves_s: float | None = None
         self.connect([port(topic, reliability) for topic in topics], [])
         self.diagnostics = Diagnostics(self)
-        # Last, so that a refusal leaves no folder behind; messages come only once the node spins.
+        # Last, because a refusal must not leave a folder. Messages come only once the node spins.
         self._bag.__enter__()
         if self.settings['scene'] and not self.settings.credits:
             scene, now_ns = self.settings.scene(), time.time_ns()
@@ -168,9 +168,9 @@ class RecorderNode(GraphNode):
             self._bag.write_raw(s.SCENE, message, now_ns)
 
     def take(self, payloads: Mapping[str, Sequence[bytes]]) -> None:
-        """Write the messages that arrived, without the padding of the wire if from our own graph.
+        """Write the messages, without the padding of the wire if from our own graph.
 
-        The scene of our own graph is written first, so that every bag states its contents.
+        The scene of our own graph is written first.
         """
         if payloads and self._began_s is None:
             self._began_s = time.monotonic()
@@ -198,7 +198,7 @@ class RecorderNode(GraphNode):
                     self._readings = scene.log_count if s.READING in self.inputs else None
                     self._bag.write({s.SCENE: s.text(scene.starts_at_ns, text)})
             elif samples is not None:
-                # DDS pads to four bytes; encoded again, a payload is what `tauto sail` writes.
+                # DDS pads to four bytes. Encoded again, a payload is what `tauto sail` writes.
                 whole = encode(topic, samples)
                 rows += zip(samples.stamp_ns.tolist(), repeat(topic), whole, strict=False)
         rows.sort(key=itemgetter(0))  # as far as the nodes go together, in the order of time
@@ -231,7 +231,7 @@ class RecorderNode(GraphNode):
         return True
 
     def _described(self, text: str) -> Scene:
-        """Return the scene that a message holds; from now on the bag is said to be of it."""
+        """Return the scene of a message, and describe the bag by it."""
         scene = parse_scene(text, f'topic {s.SCENE}')
         self._bag.describe(bag_metadata(scene))
         return scene
@@ -272,7 +272,7 @@ class RecorderNode(GraphNode):
         self._newest_ns[topic] = stamps_ns[-1]
 
     def lost(self, short: Mapping[str, int]) -> None:
-        """Report the loss, and keep the messages that came; the exit code shows it, too."""
+        """Report the loss, also by the exit code, and keep the messages."""
         self.get_logger().error(f'lost on the way: {dict(short)}')
 
     def tick(self) -> None:
@@ -285,7 +285,7 @@ class RecorderNode(GraphNode):
             self._seek()
         if self.flow is not None and now_s >= self._told_s + 0.2:
             self._told_s = now_s
-            # Without room for it the bag goes on; the last report, which counts, must be written.
+            # Without room for a report the bag goes on. The last report must be written.
             with suppress(OSError):
                 self._report_to_file(closed_s=None)
         if self._unflushed and now_s >= self._flushed_s + self.settings['flush_interval']:
@@ -318,7 +318,7 @@ class RecorderNode(GraphNode):
         self.over = True
 
     def close(self) -> None:
-        """Close the bag and report; after its own failure the bag keeps what it has."""
+        """Close the bag and report. A failed bag keeps its messages."""
         if self._closed:
             return
         self._closed = True
@@ -345,15 +345,15 @@ class RecorderNode(GraphNode):
             self.exit_code = 1
         if not self._complete:
             self.get_logger().warning(
-                'stopped before the end of the voyage; the bag says so (cut_short)'
+                'stopped before the end of the voyage. The bag says so (cut_short)'
             )
         self._report_to_file(closed_s)
 
     def counts(self) -> dict[str, dict[str, int | None]]:
-        """Return the numbers received, written and lost by topic; lost is None if unknown.
+        """Return the numbers received, written and lost by topic. Lost is `None` if unknown.
 
-        With flow control senders report how many they have sent. Without it the number is unknown:
-        asking the middleware can lock the node (`look_at_links`).
+        With flow control senders report their numbers. Without it the loss is unknown: to ask the
+        middleware can lock the node (`look_at_links`).
         """
         totals = self.flow.totals if self.flow is not None else {}
         return {

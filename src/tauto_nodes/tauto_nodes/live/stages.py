@@ -95,12 +95,12 @@ class StateFile:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise ParameterError(
-                f'state_folder = {str(folder)!r}: cannot be made ({error.strerror}); '
-                'name another folder'
+                f'state_folder = {str(folder)!r}: cannot be made ({error.strerror}). '
+                'Name another folder'
             ) from error
 
     def load(self) -> State | None:
-        """Return the state; None where there is no file.
+        """Return the state, or `None` without a file.
 
         ParameterError: the file is damaged, or of another version, code, node or scene.
         """
@@ -124,7 +124,7 @@ class StateFile:
         return state
 
     def save(self, state: State) -> None:
-        """Replace the file in one step; OSError where the file system refuses."""
+        """Replace the file in one step. OSError if the file system refuses."""
         body = json.dumps(_packed(state)).encode()
         head = json.dumps({**self._head, 'sha256': hashlib.sha256(body).hexdigest()}).encode()
         write_whole(self.path, head + b'\n' + body)
@@ -135,7 +135,7 @@ class StateFile:
 
     def _refused(self, why: str) -> ParameterError:
         return ParameterError(
-            f'{self.path} {why}; move it away to start with a dial that is set anew, or name '
+            f'{self.path} {why}. Move it away to start with a dial that is set again, or name '
             'another state_folder'
         )
 
@@ -197,7 +197,7 @@ def _opened(value: Any) -> Any:
 
 
 def rotation_of(text: str) -> FloatArray:
-    """Return the quaternion that `imu_rotation` says in degrees; ParameterError: it says none."""
+    """Return the quaternion of `imu_rotation`, in degrees (ParameterError: invalid)."""
     try:
         roll, pitch, yaw = np.radians([float(word) for word in text.replace(',', ' ').split()])
         if not np.isfinite([roll, pitch, yaw]).all():
@@ -210,9 +210,9 @@ def rotation_of(text: str) -> FloatArray:
 
 
 class StaticTransforms:
-    """The static transforms of tf2 that a node has heard; ImportError where tf2_ros is missing.
+    """The static transforms of tf2 that a node has heard. ImportError: tf2_ros is missing.
 
-    /tf is not used: a frame that moves relative to the clock is no mounting.
+    /tf is not used: a sensor in a moving frame is not mounted on the clock.
     """
 
     def __init__(self, node: Node) -> None:
@@ -229,7 +229,7 @@ class StaticTransforms:
             self._buffer.set_transform_static(one, SHIP_IMU)
 
     def to_clock(self, frame: str) -> FloatArray | None:
-        """Return the rotation that takes vectors from a frame to the clock's; None: not known."""
+        """Return the rotation of vectors from a frame to the clock's, or `None` if unknown."""
         try:
             found = self._buffer.lookup_transform(MOUNT_FRAME, frame, Time())
         except self._unknown:
@@ -241,8 +241,8 @@ class StaticTransforms:
 class Mounting:
     """Turns the samples of a sensor into the axes of the clock.
 
-    Where `imu_rotation` says nothing the frame must be `clock_mount`, or one from which a static
-    transform leads there. Samples of any other are left aside, and `trouble` says so.
+    If `imu_rotation` is empty the frame must be `clock_mount`, or have a static transform to it.
+    Other samples are ignored, and `trouble` names their frame.
     """
 
     def __init__(self, node: Node, imu_rotation: str) -> None:
@@ -254,7 +254,7 @@ class Mounting:
         self.trouble = ''
 
     def applied(self, samples: ImuSamples) -> ImuSamples | None:
-        """Return the samples in the axes of the clock; None where the mounting is not known."""
+        """Return the samples in the axes of the clock, or `None` if the mounting is unknown."""
         frame = samples.frame_id
         if self._given is not None:
             return mounted(samples, self._given)
@@ -270,9 +270,7 @@ class Mounting:
                 self._refuse(frame)
             else:
                 self._frame, self.trouble = frame, ''
-                self._node.get_logger().info(
-                    f'{SHIP_IMU}: frame {short(frame)} is turned as tf2 says'
-                )
+                self._node.get_logger().info(f'{SHIP_IMU}: frame {short(frame)} is turned by tf2')
         return None if self._mount is None else mounted(samples, self._mount)
 
     def _refuse(self, frame: str) -> None:
@@ -283,7 +281,7 @@ class Mounting:
         )
         words = (
             f'{SHIP_IMU}: frame {short(frame)} is not {MOUNT_FRAME} (x forward, y to port, z up), '
-            f'and {asked}; its messages are left aside. Say how the sensor is mounted: '
+            f'and {asked}. Its messages are ignored. Give the mounting of the sensor: '
             'imu_rotation'
         )
         if words != self.trouble:
@@ -299,11 +297,11 @@ ACK_S = 0.5
 
 
 class StageNode(GraphNode):
-    """Subscribes to the stage's inputs, publishes its outputs; driven by stamps alone.
+    """Subscribes to the stage's inputs and publishes its outputs, driven by stamps alone.
 
     Without flow control it flushes at shutdown and when `~/finish` (std_srvs/Trigger) is called.
-    With a `state_folder` it saves its state instead of flushing, and goes on from it when it is
-    started again. `build` makes the stage from the settings.
+    With a `state_folder` it saves its state instead, and continues from it at its next start.
+    `build` makes the stage from the settings.
     """
 
     def __init__(
@@ -370,12 +368,12 @@ class StageNode(GraphNode):
 
     @property
     def trouble(self) -> str:
-        """The reason why the stage publishes nothing; empty if it publishes."""
+        """The reason why the stage does not publish, or an empty text."""
         mounting = self._mounting.trouble if self._mounting is not None else ''
         return super().trouble or mounting or str(getattr(self.stage, 'trouble', ''))
 
     def at_end(self) -> None:
-        """Send what the stage still holds back; no state remains to continue from."""
+        """Send the last results of the stage, and remove its state."""
         self._send(self.stage.finish())
         if self._file is not None:
             self._file.remove()
@@ -387,7 +385,7 @@ class StageNode(GraphNode):
             self._save()
 
     def close(self) -> None:
-        """Save the state, or flush where no end marker would have done it."""
+        """Save the state, or flush unless an end marker has done it."""
         if self.flow is not None or self.failure is not None or self.input_over:
             return
         if self._file is None:
@@ -418,7 +416,7 @@ class StageNode(GraphNode):
                 self.send(topic, self._encoded(topic, samples))
 
     def _encoded(self, topic: str, samples: Samples) -> list[bytes]:
-        """Return the messages; samples that no message can hold are left out and counted."""
+        """Return the messages. Samples that do not fit into a message are omitted and counted."""
         try:
             return encode(topic, samples)
         except BagError as error:
@@ -440,7 +438,7 @@ class StageNode(GraphNode):
         except Exception as error:
             self.fail(error)
         response.success = self.failure is None
-        response.message = str(self.failure or 'flushed; what comes now is left aside')
+        response.message = str(self.failure or 'flushed. Later messages are ignored')
         return response
 
 
@@ -458,7 +456,7 @@ def _trochlea(settings: NodeSettings) -> Stage:
 
 
 class TrochleaNode(StageNode):
-    """ship/imu in; trochlea/joint_states, trochlea/phase and clock/reading out."""
+    """From ship/imu to trochlea/joint_states, trochlea/phase and clock/reading."""
 
     def __init__(self, **node_options: Any) -> None:
         super().__init__('trochlea', _trochlea, **node_options)
@@ -482,9 +480,9 @@ class TrochleaNode(StageNode):
 
 
 class DriftEstimatorNode(StageNode):
-    """clock/reading, clock/observation in; estimate, correction out.
+    """From clock/reading and clock/observation to drift/estimate and clock/corrected.
 
-    With covariates ship/imu or ship/fix come in too.
+    With covariates it takes ship/imu or ship/fix, too.
     """
 
     def __init__(self, **node_options: Any) -> None:
@@ -500,7 +498,7 @@ class DriftEstimatorNode(StageNode):
 
 
 class LongitudeNode(StageNode):
-    """ship/fix, clock/reading, clock/corrected, drift/estimate in; longitude/… out."""
+    """From ship/fix, clock/reading, clock/corrected and drift/estimate to longitude/…."""
 
     def __init__(self, **node_options: Any) -> None:
         super().__init__(

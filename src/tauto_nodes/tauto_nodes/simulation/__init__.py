@@ -41,8 +41,8 @@ def check_loopback() -> None:
             probe.recv(1)
         except OSError as error:
             raise GraphError(
-                f'nothing that is sent to {_LOOPBACK} arrives ({error.strerror or error}), and '
-                'the nodes of a graph talk by it. Bring the loopback interface up (ip link set '
+                f'messages to {_LOOPBACK} do not arrive ({error.strerror or error}), and '
+                'the nodes of a graph need them. Bring the loopback interface up (ip link set '
                 'lo up), or let the network filter pass it'
             ) from error
 
@@ -59,7 +59,7 @@ class Domain:
 
 
 def _claimed(name: str) -> socket.socket | None:
-    """Return what holds a name on this machine until its process ends; None if it is taken."""
+    """Return a socket that reserves a name on this machine, or `None` if it is taken."""
     lock = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
     try:
         lock.bind(f'\0tauto-ros-domain-{name}')  # an abstract name of Linux
@@ -100,7 +100,7 @@ def claim_domain() -> Domain:
             continue
         return Domain(number, lock)
     raise GraphError(
-        f'no ROS domain from 1 to {LAST_DOMAIN} is free; end other graphs, or set ROS_DOMAIN_ID'
+        f'no ROS domain from 1 to {LAST_DOMAIN} is free. End other graphs, or set ROS_DOMAIN_ID'
     )
 
 
@@ -114,15 +114,14 @@ FROM_PROFILE = 'RMW_FASTRTPS_USE_QOS_FROM_XML'
 """Environment variable: rmw leaves the memory policy to the profile."""
 
 LOCALHOST_ONLY = 'ROS_LOCALHOST_ONLY'
-"""The older variable for the range; where it is 1, rcl takes no notice of the range."""
+"""The older variable for the range. If it is 1, rcl ignores the range."""
 
 
 def graph_middleware() -> dict[str, str]:
-    """Return the environment that keeps a graph of ours on this machine, with our profile.
+    """Return the environment that keeps our graph on this machine, with our profile.
 
-    Where the environment names a profile, another range of discovery, other peers or another
-    middleware, that is left as it is. The range of `fastdds_loopback.xml` is in the file. It
-    raises GraphError if their messages would not arrive.
+    A profile, range of discovery, peers or middleware in the environment are kept. The range of
+    `fastdds_loopback.xml` is in the file. GraphError: messages would not arrive.
     """
     given = local_discovery()
     if any(os.environ.get(name) for name in PROFILES):
@@ -165,10 +164,10 @@ def graph_environment(namespace: str = '') -> Iterator[dict[str, str]]:
 
 @contextmanager
 def work_folder(parent: str | None) -> Iterator[Path]:
-    """Yield a folder for as long as the context lasts; remove those of graphs that were killed.
+    """Yield a folder for as long as the context lasts. Remove the folders of killed graphs.
 
-    A folder whose lock is free is no longer in use. It is made in `parent`, or
-    where the system has temporary files; GraphError says that no folder can be made there.
+    A folder with a free lock is not in use. The folder is made in `parent`, or among the system's
+    temporary files. GraphError: it cannot be made.
     """
     place = Path(parent or tempfile.gettempdir())
     remove_left(place)

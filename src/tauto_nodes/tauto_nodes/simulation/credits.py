@@ -1,8 +1,8 @@
 """Flow control by credits, and messages in packs.
 
 A consumer reports how many messages of each topic it has taken. A sender keeps at most WINDOW
-messages of a topic in flight to its slowest consumer; the queues in between are deeper, so none
-overflows. docs/nodes.md explains why this neither loses messages nor deadlocks.
+messages of a topic in flight to its slowest consumer. The queues in between are deeper, and do not
+overflow. docs/nodes.md explains why this neither loses messages nor deadlocks.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ WINDOW = 800
 """Messages of one topic that may be in flight to a consumer."""
 
 PACKED_TIMES = 10
-"""Factor of window and batch where messages go in packs: a message costs little then, and the
-constant cost of a piece of work is shared by more messages."""
+"""Factor of window and batch for messages in packs: each costs little, and more of them share the
+constant cost of a piece of work."""
 
 RUN = 'TAUTO_RUN'
 """Environment variable: the key of a node's graph, which its processes alone know."""
@@ -47,11 +47,11 @@ HELLO_S = 0.1
 """Interval of the reports until all nodes of the graph are ready [s]."""
 
 REPEAT_S = 1.0
-"""Interval of the reports from then on, if less than a batch is new [s]: a node lives. A window is
-four batches, so what is not yet reported holds nobody back."""
+"""Interval of later reports, if less than a batch is new [s]: a node lives. A window is four
+batches, so unreported messages do not hold up the sender."""
 
 LOST_AFTER_S = 10.0
-"""Silence after the end markers that makes what is still missing count as lost [s]."""
+"""Silence after the end markers after which missing messages count as lost [s]."""
 
 CREDIT_TOPIC = '_tauto/credit'
 END_TOPIC = '_tauto/end'
@@ -60,16 +60,16 @@ CREDIT_QOS = QoSProfile(depth=100)
 END_QOS = QoSProfile(depth=32, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
 PACK_QOS = QoSProfile(depth=MIN_DEPTH * PACKED_TIMES)
 
-# -----------------------------------------------------------------------------
-# What the nodes of one graph say among themselves. Anybody may publish on their topics, so each
-# message has a mark that only the processes of the graph can make, by the key in RUN. What has
-# another mark, is not of its form or came before is an UnheardError: it is counted and ignored.
+# ----------------------------------------------------------------------------- The messages of the
+# nodes of one graph to each other. Foreign nodes may publish on their topics, so each message has
+# a mark that needs the graph's key (RUN). A message with another mark or form, or a repeated one,
+# is an UnheardError: it is counted and ignored.
 
 MARK = 16
 """Bytes of a mark: the first ones of HMAC-SHA-256 (RFC 2104) over topic and content."""
 
 MOST_TEXT = 65_536
-"""Largest report or end marker that is looked at [bytes]; ours have some 500."""
+"""Largest report or end marker that is read [bytes]. Ours have some 500."""
 
 _TEXT = struct.Struct('<4sI')
 _LITTLE_ENDIAN = b'\x00\x01\x00\x00'
@@ -81,7 +81,7 @@ class UnheardError(NodesError):
 
 
 def mark(key: bytes, topic: str, content: bytes) -> bytes:
-    """Return the mark of a message; without a key anybody can make it."""
+    """Return the mark of a message. Without a key every process can make it."""
     return hmac.digest(key or b'none', topic.encode() + b'\0' + content, 'sha256')[:MARK]
 
 
@@ -93,9 +93,9 @@ def text_of(key: bytes, topic: str, content: Mapping[str, Any]) -> bytes:
 
 
 def content_of(key: bytes, topic: str, octets: bytes) -> Any:
-    """Return the JSON of a message of `text_of` with the same key; else UnheardError.
+    """Return the JSON of a message of `text_of` with the same key, or raise UnheardError.
 
-    A text that is no JSON, or too deep, is one of `_NO_MESSAGE`.
+    Invalid or too deep JSON raises one of `_NO_MESSAGE`.
     """
     text, _, end = octets[_TEXT.size : MOST_TEXT].partition(b'\x00')[0].rpartition(b' ')
     if not hmac.compare_digest(end, mark(key, topic, text).hex().encode()):
@@ -104,7 +104,7 @@ def content_of(key: bytes, topic: str, octets: bytes) -> Any:
 
 
 def _counts(content: Any) -> dict[str, int]:
-    """Return the number of messages by topic; a ValueError where they are no counts."""
+    """Return the number of messages by topic. ValueError: they are not counts."""
     counts = {str(topic): n for topic, n in content.items()}
     if not all(type(n) is int and 0 <= n < 2**63 for n in counts.values()):
         raise ValueError
@@ -113,11 +113,11 @@ def _counts(content: Any) -> dict[str, int]:
 
 @dataclass(frozen=True)
 class Report:
-    """The report of a node on `_tauto/credit`; the latest one replaces all earlier ones.
+    """The report of a node on `_tauto/credit`. The latest one replaces all earlier ones.
 
-    It has the messages `taken` so far of each topic that the node subscribes to, which of these
-    have found a publisher (`matched`), and whether its publishers have found all their
-    subscribers (`ready`). The `number` rises from report to report of a node.
+    It has the messages `taken` so far of each subscribed topic, the topics with a publisher
+    (`matched`), and whether its publishers have all their subscribers (`ready`). The `number`
+    rises from report to report of a node.
     """
 
     node: str
@@ -132,7 +132,7 @@ class Report:
 
     @staticmethod
     def from_octets(octets: bytes, key: bytes) -> Report:
-        """Return the report in a serialised message; UnheardError if it has none of this graph."""
+        """Return the report in a serialised message. UnheardError: it is not of this graph."""
         try:
             content = content_of(key, CREDIT_TOPIC, octets)
             return Report(
@@ -159,7 +159,7 @@ class End:
 
     @staticmethod
     def from_octets(octets: bytes, key: bytes) -> End:
-        """Return the end marker in a message; UnheardError if it has none of this graph.
+        """Return the end marker in a message. UnheardError: it is not of this graph.
 
         The end of a topic counts only from the node that publishes it.
         """
@@ -178,7 +178,7 @@ class End:
 #
 # A pack is a std_msgs/UInt8MultiArray. Its data are its mark and, little-endian, how many messages
 # of the topic came before it (uint64), the number of messages and their lengths (uint32), then the
-# messages, with their exact lengths: DDS pads none of them.
+# messages, with their exact lengths: DDS does not pad them.
 
 PACK_TOPIC = '_tauto/pack/'
 """Prefix of the name of a packed topic."""
@@ -191,7 +191,7 @@ _HEAD = struct.Struct('<4sIII')
 
 
 def pack(key: bytes, topic: str, payloads: Sequence[bytes], sent: int = 0) -> Iterator[bytes]:
-    """Yield the serialised packs of messages of a topic, in their order; `sent` came before."""
+    """Yield the serialised packs of a topic's messages, after `sent` earlier ones."""
     first = size = 0
     for last, payload in enumerate(payloads):
         if size and size + len(payload) > MOST_BYTES:
@@ -211,9 +211,9 @@ def _packed(key: bytes, topic: str, payloads: Sequence[bytes], sent: int) -> byt
 
 
 def unpack(key: bytes, topic: str, octets: bytes) -> tuple[int, list[bytes]]:
-    """Return how many messages came before those of a serialised pack, and these.
+    """Return the number of messages before a serialised pack, and its messages.
 
-    UnheardError: it is no pack of this graph.
+    UnheardError: the pack is not of this graph.
     """
     try:
         size = _HEAD.unpack_from(octets)[3]
@@ -257,10 +257,11 @@ def can_match(offered: QoSProfile, requested: QoSProfile) -> bool:
 
 @dataclass
 class Packer(Output):
-    """State of a publisher whose messages go to the graph in packs, on the topic of a `carrier`.
+    """State of a publisher that sends packs to the graph, on the topic of a `carrier`.
 
-    The topic itself carries what others subscribe to, `watchers` in number, of whom those have
-    been `named` that may lose some. `matched` counts the subscribers within the graph of a `key`.
+    The topic itself carries single messages for its `watchers`, the number of foreign subscribers.
+    `named` are those warned of a loss. `matched` counts the subscribers within the graph of a
+    `key`.
     """
 
     owner: Any = None
@@ -281,7 +282,7 @@ class Packer(Output):
         self.watchers = self.publisher.get_subscription_count()
 
     def publish(self, payloads: Sequence[bytes]) -> None:
-        """Send messages in packs, and singly where somebody takes them so."""
+        """Send messages in packs, and singly to foreign subscribers."""
         for octets in pack(self.key, self.port.name, payloads, self.sent):
             self.carrier.publish(octets)
         if self.watchers or self.port.is_latched:
@@ -292,14 +293,14 @@ class Packer(Output):
             self._name_watchers(len(payloads))
 
     def _name_watchers(self, count: int) -> None:
-        """Say, once for each, who beside the graph may lose messages: they are in no account."""
+        """Warn once of each foreign subscriber that may lose messages, which are not counted."""
         infos = self.owner.get_subscriptions_info_by_topic(self.publisher.topic_name)
         for name in sorted({node_of(info) for info in infos} - self.named):
             self.named.add(name)
             self.owner.get_logger().warning(
-                f'{self.port.name}: {name} is not of the graph and gets {count} messages at once; '
-                'what does not fit into its queue is lost, and nobody counts it. Give it a deeper '
-                'one, or let the voyage sail at a pace (speed 60)'
+                f'{self.port.name}: {name} is not of the graph and gets {count} messages at once. '
+                'Those beyond its queue are lost and not counted. Give it a deeper queue, or let '
+                'the voyage sail at a pace (speed 60)'
             )
 
 
@@ -313,7 +314,7 @@ class Credits:
     """
 
     turns_s = HELLO_S
-    """Interval at which the node takes its turn, though nothing has come [s]."""
+    """Interval at which the node takes its turn without messages [s]."""
 
     def __init__(self, owner: GraphNode, inputs: Sequence[str], outputs: Sequence[str]) -> None:
         self._owner, self._inputs, self._outputs = owner, inputs, outputs
@@ -344,14 +345,14 @@ class Credits:
             owner.create_subscription(String, topic, self._heard(topic, hear), qos, raw=True)
 
     def output(self, port: TopicPort, publisher: Any) -> Output:
-        """Return the state of a publisher, which packs where the graph has packs."""
+        """Return the state of a publisher, with packs if the graph has them."""
         if not self._packs:
             return Output(publisher)
         carrier = self._owner.create_publisher(UInt8MultiArray, PACK_TOPIC + port.name, PACK_QOS)
         return Packer(publisher, owner=self._owner, port=port, carrier=carrier, key=self._key)
 
     def listen_to(self, port: TopicPort, source: Input) -> bool:
-        """Subscribe to the packs of a topic; False where the graph has none."""
+        """Subscribe to the packs of a topic. Return whether the graph has packs."""
         if self._packs:
             name, come = PACK_TOPIC + port.name, 0
 
@@ -392,10 +393,10 @@ class Credits:
         self.report()
 
     def strangers(self) -> list[str]:
-        """Return who else publishes on the outputs of a graph that takes nothing from them."""
+        """Return the foreign publishers on the outputs of the graph, which ignores them."""
         own = self._owner.get_fully_qualified_name()
         return [
-            f'{name} publishes {topic}, too; the graph ignores it'
+            f'{name} publishes {topic}, too. The graph ignores it'
             for topic, output in self._owner.outputs.items()
             if self._packs and self._key
             for info in self._owner.get_publishers_info_by_topic(output.publisher.topic_name)
@@ -403,7 +404,7 @@ class Credits:
         ]
 
     def report(self) -> None:
-        """Say what has been taken, if it is news or due."""
+        """Report the taken messages if they are new or the report is due."""
         now, owner = time.monotonic(), self._owner
         due_s = REPEAT_S
         if not self.everyone_ready():
@@ -431,7 +432,7 @@ class Credits:
         self._reports[report.node] = report
 
     def _heard(self, topic: str, take: Callable[[bytes], None]) -> Callable[[bytes], None]:
-        """Return the callback of a topic of the graph, which counts what is not of this graph."""
+        """Return the callback of a topic of the graph. It counts foreign messages."""
 
         def hear(octets: bytes) -> None:
             try:
@@ -473,7 +474,7 @@ class Credits:
         ]
 
     def _matched(self, topic: str) -> set[str]:
-        """Return the names of the nodes of this namespace whose subscriptions are matched."""
+        """Return the names of the nodes of this namespace with matched subscriptions."""
         output, owner = self._owner.outputs[topic], self._owner
         publisher = output.carrier if isinstance(output, Packer) else output.publisher
         heard = [
@@ -482,7 +483,7 @@ class Credits:
             if can_match(publisher.qos_profile, info.qos_profile)
             and info.topic_type == type_name(publisher.msg_type)
         ]
-        # A matched publisher counts its readers but does not name them: all of them, or none.
+        # A matched publisher counts its readers but does not name them.
         if publisher.get_subscription_count() < len(heard):
             return set()
         here = owner.get_namespace()

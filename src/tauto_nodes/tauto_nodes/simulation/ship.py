@@ -22,9 +22,9 @@ OUTPUTS = (s.SCENE, s.SHIP_FIX, s.SHIP_TEMPERATURE, s.OBSERVATION, s.SHIP_IMU)
 
 
 def ship_messages(ship: ShipSource) -> Iterator[StampedMessage]:
-    """Yield the ship's messages by stamp; at one stamp in the order of OUTPUTS.
+    """Yield the ship's messages by stamp, and at one stamp in the order of OUTPUTS.
 
-    The last temperature lies beyond the motion, and goes with its last sample.
+    The last temperature is beyond the motion, and goes with its last sample.
     """
     while True:
         batches = ship.produce(256)

@@ -49,7 +49,7 @@ class Child:
     log: Path
 
     def ended(self) -> str:
-        """Return how it ended, as a text; empty while it runs."""
+        """Return how it ended, or an empty text while it runs."""
         code = self.process.poll()
         if code is None:
             return ''
@@ -105,9 +105,9 @@ class Ending:
 
 @dataclass
 class Supervisor:
-    """Starts nodes as processes of their own group and ends them; a context manager.
+    """Starts nodes as processes of one group and ends them, as a context manager.
 
-    The logs go to `folder`; the children get the `environment`.
+    The logs go to `folder`. The children get the `environment`.
     """
 
     folder: Path
@@ -147,7 +147,7 @@ class Supervisor:
         )
 
     def exit_code(self, name: str) -> int | None:
-        """Return a node's exit code; None while it runs."""
+        """Return a node's exit code, or `None` while it runs."""
         return next(c.process.poll() for c in self.children if c.name == name)
 
     def complaints(self) -> tuple[str, ...]:
@@ -157,9 +157,9 @@ class Supervisor:
         return tuple(dict.fromkeys(said))
 
     def stop(self) -> list[Child]:
-        """End all nodes by SIGTERM; return those that got stuck on the way and were killed.
+        """End all nodes by SIGTERM. Return stuck ones, which were killed.
 
-        Those get SIGABRT first; a node then writes the stack of each thread (`run`).
+        They get SIGABRT first, and write the stack of each thread (`run`).
         """
         self._signal(signal.SIGTERM, self._running())
         endings = {child.name: Ending(child.process.pid) for child in self.children}
@@ -191,7 +191,7 @@ class Supervisor:
 
 NODE_NAMES = ('recorder', 'longitude', 'drift_estimator', 'trochlea', 'ship_motion')
 SILENT_S = 120.0
-"""Time after which a silent node counts as frozen [s]; each node reports once a second."""
+"""Time after which a silent node counts as frozen [s]. Each node reports once a second."""
 
 STALL_S = 600.0
 """Time without progress after which a graph counts as stalled [s]: on a machine under heavy load
@@ -200,18 +200,18 @@ the first compilation of kernels can take minutes."""
 
 @dataclass(frozen=True)
 class GraphPlan:
-    """What to run.
+    """The voyage to run.
 
     Args:
-        scene: name or file, as the nodes are to load it.
-        duration_s: replaces the scene's; 0: its own.
-        speed: sea time by wall time; 0: as fast as possible.
+        scene: name or file for the nodes.
+        duration_s: replaces the scene's, unless 0.
+        speed: sea time by wall time, or 0: as fast as possible.
         out: folder of the bag.
         force: replace a bag that is there.
-        namespace: namespace of the graph; empty: the root.
+        namespace: namespace of the graph. Empty: the root.
         packed: whether the nodes send each other many messages in one, and so know their own.
-        changed: whether keys of the scene were given other values, so that the nodes load the
-            scene as it was checked and not what `scene` names.
+        changed: whether keys of the scene were changed. The nodes then load the checked scene, not
+            the file `scene`.
     """
 
     scene: str
@@ -230,10 +230,10 @@ class Outcome:
 
     Args:
         counts: received, written and lost, by topic.
-        signal: number of the signal that ended the voyage early; 0: it went to its end.
+        signal: number of the signal that ended the voyage early, or 0.
         start_s: wall time until the recorder got its first message [s].
         voyage_s: wall time from then to the closed bag [s].
-        complaints: warnings and errors that the nodes and the middleware wrote.
+        complaints: warnings and errors of the nodes and the middleware.
     """
 
     counts: dict[str, dict[str, int]] = field(default_factory=dict)
@@ -283,7 +283,7 @@ def parameters_of(plan: GraphPlan, scene: Scene, report: Path) -> dict[str, dict
 class Watchdog:
     """Reads the recorder's report, for progress and for a standstill.
 
-    The supervisor is not a node, so nothing that hangs a node can hang the supervisor.
+    The supervisor is not a node, and cannot hang as a node can.
     """
 
     report: Path
@@ -304,7 +304,7 @@ class Watchdog:
         return int(self.said.topics[topic]['received']) if self.said else 0
 
     def check(self) -> None:
-        """Raise GraphError if the graph stands still; it names the nodes that are not heard."""
+        """Raise GraphError if the graph stands still, with the names of the silent nodes."""
         now_s = time.monotonic()
         heard_s = self.said.heard_s if self.said else {}
         silent = [n for n, at_s in heard_s.items() if now_s - max(at_s, self.blind_s) > SILENT_S]
@@ -312,11 +312,11 @@ class Watchdog:
             frozen = 'recorder' if 'recorder' in silent else ', '.join(sorted(silent))
             raise GraphError(
                 f'node {frozen} has not been heard for {SILENT_S:g} s: it hangs or was stopped. '
-                'What was recorded until then is in the bag; start the voyage again'
+                'The bag holds the voyage until then. Start it again'
             )
         moved_s = self.said.moved_s if self.said else self.blind_s
         if now_s - max(moved_s, self.blind_s) > STALL_S:
-            unheard = sorted(set(NODE_NAMES) - set(heard_s)) or ['none; all have been heard']
+            unheard = sorted(set(NODE_NAMES) - set(heard_s)) or ['none']
             raise GraphError(
                 f'the graph has stood still for {STALL_S:g} s (nodes never heard: '
                 f'{", ".join(unheard)}). A network filter on the loopback interface, another '
@@ -325,12 +325,11 @@ class Watchdog:
 
 
 def run_graph(plan: GraphPlan, scene: Scene, progress: Callable[[float], None]) -> Outcome:
-    """Run a graph to the scene's end or the first signal; the bag is closed in both cases.
+    """Run a graph to the scene's end or the first signal, and close the bag.
 
-    The scene and the folder of the plan have been checked; `scene` is the same one, loaded.
-    `progress` is called with the share of the readings that is recorded, from 0 to 1. GraphError:
-    a node died or would not end, the graph stood still for STALL_S, or readings are missing from
-    the bag.
+    The scene and the folder of the plan must have been checked. `scene` is the loaded scene of the
+    plan. `progress` is called with the recorded fraction of the readings. GraphError: a node died
+    or would not end, the graph stood still for STALL_S, or readings are missing from the bag.
     """
     born_s = time.monotonic()
     with (
@@ -349,7 +348,7 @@ def run_graph(plan: GraphPlan, scene: Scene, progress: Callable[[float], None]) 
             arguments += ['-r', f'__ns:=/{plan.namespace.strip("/")}']
         with Supervisor(folder, environment) as supervisor:
             for name in NODE_NAMES:
-                # a name and nothing more without ROS_SECURITY_ENABLE; config/sros2_policy.xml
+                # only a name, without ROS_SECURITY_ENABLE (config/sros2_policy.xml)
                 supervisor.start(name, [*arguments, '--enclave', f'/tauto/{name}'])
             watch = Watchdog(report)
             while not signals.came and supervisor.exit_code(NODE_NAMES[0]) is None:
@@ -361,7 +360,7 @@ def run_graph(plan: GraphPlan, scene: Scene, progress: Callable[[float], None]) 
         if killed:
             raise GraphError(
                 f'{", ".join(child.name for child in killed)} did not end on SIGTERM and had to '
-                f'be killed; `tauto replay {plan.out}` tells what the bag holds. This is a fault '
+                f'be killed. `tauto replay {plan.out}` shows its bag. This is a fault '
                 'of Tauto or its middleware: please report it with these words:\n'
                 + '\n'.join(child.said() for child in killed)
             )
@@ -380,12 +379,12 @@ def run_graph(plan: GraphPlan, scene: Scene, progress: Callable[[float], None]) 
 def _recorded(
     report: Path, supervisor: Supervisor, name: str, *, interrupted: bool
 ) -> RecorderReport | None:
-    """Return the recorder's report; raise if the bag was not closed, or closed too early."""
+    """Return the recorder's report. Raise if the bag was not closed, or too early."""
     try:
         said = RecorderReport.read(report)
     except ValueError as error:
         raise GraphError(
-            f'{report}: the recorder could not write its report; the bag is closed. Make room '
+            f'{report}: the recorder could not write its report, but closed the bag. Make room '
             'there, or set TMPDIR to another place'
         ) from error
     if interrupted:
@@ -396,7 +395,7 @@ def _recorded(
         if supervisor.exit_code(name):
             raise supervisor.died(name)
         raise GraphError(
-            f'node {name} was stopped before the voyage was over; the bag holds what was '
-            'sailed until then, and says so (cut_short). Start the voyage again'
+            f'node {name} was stopped before the voyage was over. The bag holds the voyage until '
+            'then, marked cut_short. Start the voyage again'
         )
     return said
