@@ -164,7 +164,7 @@ def test_what_is_written_is_in_the_file_chunk_by_chunk(tmp_path: Path) -> None:
         assert 1000 - 64 * 1024 / 350 < left <= 1000
         assert_same(s.take(imu, slice(left)), bag.samples(s.SHIP_IMU))
         assert 'no metadata.yaml' in bag.warnings[0]
-        assert f'the {left} messages before the cut' in bag.warnings[1]
+        assert f'The {left} messages before the cut' in bag.warnings[1]
     assert writer.path == tmp_path / 'voyage'
 
 
