@@ -43,7 +43,7 @@ TOO_SMALL_TO_MATTER = {'viscous': 1e-300, 'quadratic': 1e-300}
 
 
 def scene_of(**sections: Any) -> Scene:
-    """Return Euler's second cam with a force, and the sections given instead of or besides."""
+    """Return Euler's second cam with a force, with sections replaced or added."""
     base: dict[str, Any] = {
         'name': 'test',
         'duration': 60.0,
@@ -63,7 +63,7 @@ def scene_of(**sections: Any) -> Scene:
 
 
 def run(scene: Scene) -> Batches:
-    """Return all that the trochlea says in a scene."""
+    """Return the output of the trochlea in a scene."""
     ship, stage = ShipMotion(scene), TrochleaStage(scene)
     return stage.feed({'ship/imu': ship.produce(ship.total)})
 
@@ -81,11 +81,7 @@ def phases(scene: Scene) -> np.ndarray:
 
 
 def at_rest_at_sea(spans: Forcing, machine: Machine) -> Forcing:
-    """Return spans on land; for a weight those of a ship at sea that does not move.
-
-    What swings freely on land has closed forms, so that a weight's kernels are those for the sea:
-    others would be compiled for the tests alone.
-    """
+    """Return spans on land, for a weight on a motionless ship at sea: it shares those kernels."""
     if not machine.feels_gravity:
         return spans
     nothing = np.zeros((len(spans.length_s), 1))
@@ -115,9 +111,9 @@ def spans_to(times_ns: Any) -> Forcing:
 
 
 def sampled(scene: Scene, machine: AnyMachine | None = None, stride: int = 2) -> Forcing:
-    """Return the piecewise polynomials of a scene's ship, each over so many samples.
+    """Return the polynomials of a scene's ship over pieces of `stride` samples.
 
-    They are those that a machine feels; without one all of them.
+    With a machine only the channels that it needs.
     """
     ship = ShipMotion(scene)
     buffer = MotionBuffer(

@@ -1,13 +1,12 @@
 """The reference propagator: DOP853 of SciPy at a relative tolerance of 1e-13.
 
-It shares nothing with the compiled engine but the forcing's polynomials: lever arms come from
-the cam, and the variables are ϑ and ϑ̇, which need the second derivative γ̈
-(docs/theory/machine_at_sea.md, as printed):
+It shares only the forcing's polynomials with the compiled engine. Lever arms come from the cam,
+and the variables are ϑ and ϑ̇, which need γ̈ (docs/theory/machine_at_sea.md, as printed):
 
     (I + m t²) ϑ̈ + m t t' ϑ̇² + F t = −I γ̈ − (c₁ θ̇ + d c₂ θ̇² + d c₀ + s R),    θ = ϑ + τ,
 
-d = sgn θ̇ and s, that of the last impulse, are constant between events. Friction slides but does
-not hold: where it would, an error says so. An unbalanced wheel feels (machine_at_sea.4) besides.
+d = sgn θ̇ and s, sgn θ̇ at the last impulse, are constant between events. Static friction is an
+error. For an unbalanced wheel (machine_at_sea.4) is added.
 
 Source: E. Hairer, S. P. Nørsett, G. Wanner, Solving Ordinary Differential Equations I, II.5.
 """
@@ -46,7 +45,7 @@ from tauto_core.ship.motions.sea import sea_motion
 
 RTOL = 1e-13
 ATOL = 1e-15
-"""Absolute tolerance as a part of the release angle (of 1 rad where that is 0)."""
+"""Absolute tolerance over the release angle, or over 1 rad for a release at 0."""
 
 STEPS_A_SWING = 16
 """At least so many, since events are looked for between steps."""
@@ -68,7 +67,7 @@ class _Instant(NamedTuple):
 
 @dataclass
 class _Now:
-    """What the next output depends on; `momentum` is ϑ̇ M/I + γ̇."""
+    """The running state, with the momentum ϑ̇ M/I + γ̇."""
 
     felt: float = 0.0
     momentum: float = 0.0
@@ -113,7 +112,7 @@ class Reference:
         return self._motion([row])
 
     def advance(self, forcing: Forcing) -> Motion:
-        """Advance over the spans; return the motion at the logged ends.
+        """Advance over the spans and return the motion at their logged ends.
 
         Raises:
             PropagationError: slack thread, edge of the cam, friction that holds the wheel, or a
@@ -128,7 +127,7 @@ class Reference:
         return self._motion(rows)
 
     def state(self) -> State:
-        """Return what the next output depends on."""
+        """Return the running state."""
         return asdict(self._now)
 
     def restore(self, state: State) -> None:
@@ -149,9 +148,9 @@ class Reference:
         return value, first / length, 2.0 * half_second / length**2
 
     def _lever(self, felt: float) -> tuple[float, float, float]:
-        """Return t, t' and h; beyond the edge, where only trial steps come, along the tangent.
+        """Return t, t' and h, along the tangent beyond the edge, which only trial steps reach.
 
-        Only a spring asks for h: without one it is 0, which saves a third of the time.
+        Without a spring h is 0, which saves a third of the time.
         """
         cam = self._machine.cam
         if cam.linear_rate is not None:
@@ -199,12 +198,12 @@ class Reference:
         return _Instant(felt, felt_rate, bend, *of_case, mass, -tension * arm, tension)
 
     def _aside(self, t: float) -> float:
-        """Return the neutral line's angle from the apparent vertical, ψ − β where ϑ is 0 [rad]."""
+        """Return the neutral line's angle from the apparent vertical, ψ − β at ϑ = 0 [rad]."""
         assert self._machine.follows_apparent_vertical or self._forcing.gravity is None
         return 0.0
 
     def _events(self, t: float, y: FloatArray) -> dict[str, tuple[float, float]]:
-        """Return what is positive before an event and negative after it, and its derivative."""
+        """Return value (positive before the event, negative after it) and slope of each event."""
         machine, drag, escapement = self._machine, self._machine.drag, self._machine.escapement
         d, side, at = self._now.direction, self._now.side, self._instant(t, y, self._now.direction)
         found = {EDGE: (self._range_rad - abs(at.felt), 0.0)}
@@ -252,9 +251,9 @@ class Reference:
         return found.t, found.y, hit[0] if hit else ''
 
     def _span(self, length: float) -> FloatArray:
-        """Advance over a span; return ϑ and ϑ̇ at its end."""
+        """Advance over a span and return ϑ and ϑ̇ at its end."""
         t, y = 0.0, np.array([self._now.felt, 0.0])
-        # the momentum is what stays where γ̇ of two pieces differs
+        # the momentum is continuous at a jump of γ̇ between two pieces
         y[1] = self._now.momentum - self._channel(self._forcing.neutral, 0.0)[1]
         y[1] *= self._machine.inertia / self._instant(0.0, y, 0.0).mass
         while t < length:
@@ -285,7 +284,7 @@ class Reference:
         return t + late, y + late * self._slopes(t + 0.5 * late, middle), kind
 
     def _happen(self, kind: str, t: float, y: FloatArray) -> FloatArray:
-        """Change the discrete state; return the state after an event."""
+        """Change the discrete state and return the state after an event."""
         d, escapement = self._now.direction, self._machine.escapement
         if kind == EDGE:
             raise edge_reached(self._machine, self._time(t))
@@ -308,7 +307,7 @@ class Reference:
         return y
 
     def _set_off(self, t: float, y: FloatArray, direction: float) -> None:
-        """Leave θ̇ = 0 in the direction given, or where friction acts or it is 0, as pushed."""
+        """Leave θ̇ = 0 in a direction, or, if friction acts or it is 0, as pushed."""
         free, now = self._instant(t, y, 0.0), self._now
         drag, escapement = self._machine.drag, self._machine.escapement
         if drag is not None and drag.coulomb > 0.0:
@@ -318,7 +317,7 @@ class Reference:
                 raise PropagationError(words % drag.coulomb, self._time(t))
         now.direction = direction or math.copysign(1.0, free.bend)
         now.side = math.copysign(1.0, free.felt or now.direction)
-        # The pallets alternate; the first impulse is given by either, unless recoil tells which.
+        # The pallets alternate. Either gives the first impulse, unless recoil decides.
         other = now.direction != now.pallet or (
             now.given == 0 and (escapement is None or escapement.recoil == 0.0)
         )
@@ -370,7 +369,7 @@ def by_reference() -> Iterator[None]:
 
 
 def _tangent(mean: float) -> float:
-    """Return tan χ where χ + sin χ cos χ = `mean` = 2rϑ/λ (cams.3), by Newton's method.
+    """Return tan χ of χ + sin χ cos χ = `mean` = 2rϑ/λ (cams.3), by Newton's method.
 
     The cam solves this for arrays, which takes ten times as long. Near its edge, π/2, the equation
     is flat, and the cam's solution is taken.
@@ -470,20 +469,17 @@ def _passages(times: FloatArray, values: FloatArray) -> tuple[int, int]:
 # -----------------------------------------------------------------------------
 # The clock's reading at sea by DOP853 on the exact motion of the ship, without sampling.
 #
-# Roll and heave at every instant are sums of cosines, with exact derivatives. A wheel with one
-# degree of freedom is integrated by the reference propagator, whose forcing they replace; the
-# lever and the swinging thread by the Lagrangians of thread_references.py; a suspended case by its
-# own linear equations (docs/theory/suspension.md). Nothing is shared with the engine or with
-# the forecast but the machine's geometry and the definition of the phase (docs/theory/reading.md).
+# Roll and heave are sums of cosines with exact derivatives. The reference propagator integrates a
+# wheel, the Lagrangians of thread_references.py a lever or a swinging thread, and linear equations
+# a suspended case (docs/theory/suspension.md). Only the machine's geometry and the definition of
+# the phase (docs/theory/reading.md) are shared with the engine.
 
 STEPS_OF_CASE = 16
-"""Least number of steps in a swing of the case's fast mode; the dense output errs by their eighth
-power.
-"""
+"""Least steps in a swing of the case's fast mode. The dense output is of the eighth order."""
 
 
 class Felt(NamedTuple):
-    """The motion that the clock feels: each angle with its first two derivatives."""
+    """The motion of the clock's case: each angle with its first two derivatives."""
 
     vertical: tuple[float, float, float]
     tilt: tuple[float, float, float]  # tilt of the case
@@ -529,7 +525,7 @@ class ShipAt:
         )
 
     def __call__(self, t: float) -> Felt:
-        """Return what a clock fixed to the ship feels."""
+        """Return the motion of a clock fixed to the ship."""
         roll, force, first, second = self.force(t)
         rate = first / force
         bend = second / force - rate * rate
@@ -554,8 +550,8 @@ def _terms(
 class CaseAt:
     """The exact motion felt in a suspended case: linear equations (suspension.md) by DOP853.
 
-    e θ̈ + c φ̈ + g θ = −ÿ, k² φ̈ + g c (φ − θ) = 0; the specific force points along θ and has the
-    size of the contact force over the mass.
+    e θ̈ + c φ̈ + g θ = −ÿ, k² φ̈ + g c (φ − θ) = 0. The specific force along θ is the contact force
+    over the mass.
     """
 
     def __init__(self, scene: Scene, end_s: float) -> None:
@@ -589,7 +585,7 @@ class CaseAt:
         return [theta_rate, phi_rate, theta_bend, phi_bend], force
 
     def __call__(self, t: float) -> Felt:
-        """Return what a clock in the case feels."""
+        """Return the motion of a clock in the case."""
         y = self._dense(t)
         (theta_rate, phi_rate, theta_bend, phi_bend), force = self._slopes(t, y)
         theta, phi = float(y[0]), float(y[1])
@@ -600,10 +596,7 @@ class CaseAt:
 
 
 def exact_phase(scene: Scene) -> FloatArray:
-    """Return the phase at the logged instants after the first, less that at the start [rad].
-
-    Whole turns are not counted; the phase lies within one.
-    """
+    """Return the phase since the start at the logged instants after it, within a turn [rad]."""
     machine = compile_machine(scene)
     assert not isinstance(machine, FluidPendulum)
     end_s = scene.duration

@@ -62,10 +62,10 @@ def exact_angle(arc, k):
     ('k', 'release'), [(1e-6, 1.0), (1e-3, 1.0), (0.03, 1.0), (0.1, 1.0), (0.3, 1.0), (0.5, 0.6)]
 )
 def test_polynomials_hold_over_their_whole_range(k, release):
-    """n, ϑ/s and nt/s − b to 5e-15 of the largest of each, as they were fitted and a rounding.
+    """n, ϑ/s and nt/s − b to 5e-15 of the largest of each, their fit and a rounding.
 
-    (dn/ds)/s is the derivative of the polynomial of n, so that both belong to one Hamiltonian; it
-    may lose 2·degree² by Markov's inequality, and 2/limit by the chain rule.
+    (dn/ds)/s is the derivative of the polynomial of n: both belong to one Hamiltonian. It may lose
+    2·degree² by Markov's inequality, and 2/limit by the chain rule.
     """
     machine = weight_of(k, release)
     shape = arc_shape(machine)
@@ -112,7 +112,7 @@ def test_wells_without_a_weight_or_a_linear_lever_keep_the_angle():
 
 @pytest.mark.parametrize('k', [1e-6, 1e-3, 0.1, 0.5, 3.0])
 def test_arc_and_angle_are_inverse_over_six_hundred_orders(k):
-    """Each to a few roundings of mpmath's, so that there and back is no more."""
+    """Each, and both in turn, to a few roundings."""
     sizes = [1e-300, 1e-200, 1e-100, 1e-30, 1e-9, 1e-3, *np.geomspace(0.01, 1e6, 33).tolist()]
     with mpmath.workdps(400):
         for size in sizes:
@@ -131,8 +131,8 @@ def test_arc_and_angle_are_inverse_over_six_hundred_orders(k):
 def test_beyond_the_limit_the_functions_themselves_agree(k):
     """A swing of 1 rad with the polynomials of one of 0.1 rad, which end at 0.25 rad.
 
-    Steps lie within, across and beyond the limit; the quadrature of the well knows none. Of 45
-    swings both engines keep 1e-12 rad (measured 2e-13).
+    Steps are within, across and beyond the limit, which the quadrature of the well does not have.
+    After 45 swings both engines err by at most 1e-12 rad (measured 2e-13).
     """
     machine, small = weight_of(k), weight_of(k, release=0.1)
     engine, short = Collocation(machine), Collocation(machine)

@@ -50,12 +50,12 @@ CHEEK = {
     [({}, {'coulomb': 1e-3}, 2e-3, -0.4), (CHEEK, {'viscous': 2e-4}, 3e-3, 0.25)],
 )
 def test_a_clock_released_in_its_steady_swing_repeats_it(trochlea, drag, energy, angle):
-    """Quality factors of 10 to 30, so that nothing is small."""
+    """At quality factors of 10 to 30."""
     sections = {'drag': drag, 'escapement': {'kind': 'impulse', 'energy': energy, 'angle': angle}}
     found = foretold(scene_of(trochlea=trochlea, **sections))
     scene = released_steady(found.period, found.amplitude, trochlea=trochlea, **sections)
     joints = run(scene)[JOINT_STATES]
-    # the log is up to half a nanosecond a swing beside the turning point
+    # the log is up to half a nanosecond a swing off the turning point
     late = SWINGS * abs(found.period - round(found.period, 9))
     bend = STIFFNESS / INERTIA * 4.0
     np.testing.assert_allclose(joints.position[:, 0], found.amplitude, rtol=0, atol=1e-10)

@@ -1,4 +1,4 @@
-"""A wheel whose centre of mass is beside its axle, on land and at sea, against DOP853.
+"""A wheel with an eccentric centre of mass, on land and at sea, against DOP853.
 
 The references are Newton's law in the inertial frame, with the ship's motion in closed form: the
 torque of the imbalance is −m d [(g + z̈) sin(ψ + φ₀) + ÿ cos(ψ + φ₀)].
@@ -108,7 +108,7 @@ MACHINES = {
 @pytest.mark.parametrize('name', MACHINES)
 @pytest.mark.parametrize('sea', [False, True], ids=['land', 'sea'])
 def test_the_wheel_moves_as_by_dop853(name, sea):
-    """Samples of 50 Hz are interpolated to 1e-12; the step's tolerance is 2e-12 of the swing."""
+    """Samples of 50 Hz are interpolated to 1e-12, and a step may err by 2e-12 of the swing."""
     trochlea = MACHINES[name]
     scene = scene_of(
         trochlea=trochlea,
@@ -181,7 +181,7 @@ def test_friction_holds_an_unbalanced_wheel_away_from_the_middle():
 
 
 def test_a_wheel_that_hangs_from_its_axle_is_a_pendulum():
-    """T = 4√(I/mgd) K(sin² A/2); the thread of 5e-8 N m a radian changes it by 7e-8."""
+    """T = 4√(I/mgd) K(sin² A/2). The thread of 5e-8 N m/rad changes it by 7e-8."""
     pendulum = {
         'inertia': 0.01,
         'cam': {'kind': 'hole', 'lever_rate': 5e-4},

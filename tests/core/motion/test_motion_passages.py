@@ -1,6 +1,6 @@
-"""The counts of the dial: turns at upward passages of ϑ, beats at those of θ (reading.md).
+"""The counts of the dial: turns at upward passages of ϑ, beats at passages of θ (reading.md).
 
-The references count signs on a grid far finer than any two passages lie apart.
+The references count signs on a grid far finer than the distance of two passages.
 """
 
 from __future__ import annotations
@@ -103,9 +103,7 @@ def counted(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 FINE = 500
-"""Of the reference's grid in a second: passages nearer than that are none in these runs."""
-
-
+"""Points of the reference's grid in a second."""
 SECONDS = 30
 
 
@@ -134,7 +132,7 @@ def apparent_vertical(t: Any) -> tuple[Any, Any, Any]:
 def swing_at_sea(follows: bool, amplitude: float) -> tuple[np.ndarray, ...]:
     """Return ϑ, ϑ̇ and θ on the grid, by DOP853 from ϑ and the momentum (machine_at_sea.md).
 
-    Of a wheel whose thread goes with the case, or of a weight that follows the apparent vertical.
+    A weight's thread `follows` the apparent vertical, another one the case.
     """
     inertia, mass, arm = (8e-3, 0.15, 0.012) if follows else (INERTIA, 0.0, LEVER_RATE)
 
@@ -234,7 +232,7 @@ def test_a_wheel_on_a_swinging_thread_leaves_zero_without_a_beat(phase):
 
 @pytest.mark.parametrize('phase', [0.3, 0.3 + math.pi])
 def test_a_wheel_in_a_hung_case_leaves_zero_without_a_beat(phase):
-    """The case begins to swing with the fifth power of time, so that rounding moves it first."""
+    """The case begins to swing with the fifth power of time: rounding moves it first."""
     suspension = {
         'kind': 'axle',
         'support_radius': 0.15,

@@ -28,8 +28,8 @@ def escapement(energy: float, angle: float, **rest: float) -> dict[str, Any]:
 def arcs(times: np.ndarray, energy: float, angle: float, recoil: float, friction: float) -> Any:
     """Return θ of a wheel released at 1 rad, each arc a harmonic one about its own centre.
 
-    On the side to which the wheel went last, the middle lies at −(R + c₀)/k on the way out and at
-    −(R − c₀)/k on the way home, up to −angle.
+    On the side to which the wheel went last, the centre is −(R + c₀)/k on the way out, and
+    −(R − c₀)/k on the way home up to −angle.
     """
     found, side, begin, amplitude = np.empty_like(times), 1.0, 0.0, 1.0
     out, home = (recoil + friction) / STIFFNESS, (recoil - friction) / STIFFNESS
@@ -50,7 +50,7 @@ def arcs(times: np.ndarray, energy: float, angle: float, recoil: float, friction
 @pytest.mark.parametrize(
     ('energy', 'angle', 'recoil'),
     [
-        # nothing but recoil drives it, up to 1.6 rad
+        # only recoil drives it, up to 1.6 rad
         (0.0, 0.3, 1.2e-3),
         (6e-4, 0.0, 1e-3),
         # recoil takes from it
@@ -79,10 +79,10 @@ def foretold(scene: Scene) -> SteadySwing:
 
 @pytest.mark.parametrize(('energy', 'angle'), [(0.0, 0.5), (4e-4, 0.0), (4e-4, -0.4)])
 def test_recoil_gains_as_its_describing_function_says(energy, angle):
-    """2R/(πkA) √(1 − α²/A²), besides Airy's −E tan χ/(πkA²), A sin χ = α.
+    """2R/(πkA) √(1 − α²/A²), in addition to Airy's −E tan χ/(πkA²), A sin χ = α.
 
-    First order: of half the torques the difference is a quarter. Friction takes 2 c₀ A from half
-    a swing, and E + 2 R α is given: released there, the swing repeats itself.
+    To first order: half the torques differ by a quarter. Friction takes 2 c₀ A from half a swing,
+    and E + 2 R α is given. A swing released there repeats itself.
     """
     left = []
     for part in (1.0, 0.5):
@@ -100,7 +100,7 @@ def test_recoil_gains_as_its_describing_function_says(energy, angle):
         )
         joints = run(scene)[JOINT_STATES]
         np.testing.assert_allclose(joints.position[:, 0], 1.0, rtol=0, atol=1e-12)
-        # the log is up to half a nanosecond a swing beside the turning point
+        # the log is up to half a nanosecond a swing off the turning point
         late = 20.0 * abs(swing.period - interval)
         bend = OMEGA**2 * (1.0 + (recoil + friction) / STIFFNESS)
         np.testing.assert_allclose(joints.velocity[:, 0], 0.0, rtol=0, atol=bend * late + 1e-11)
@@ -113,7 +113,7 @@ def test_recoil_gains_as_its_describing_function_says(energy, angle):
 
 
 def test_friction_of_the_rest_is_drag_by_another_name():
-    """Bit for bit, and beside a drag of its own."""
+    """Bit for bit, also added to another drag."""
     plain = {'kind': 'impulse', 'energy': 3e-4}
     same = (
         {'escapement': plain, 'drag': {'coulomb': 2e-4}},
@@ -137,7 +137,7 @@ def test_a_rest_that_does_nothing_changes_nothing():
 
 
 def test_recoil_starts_a_wheel_that_lies_short_of_its_impulse():
-    """Where R > kα no place is at rest on either side: an anchor clock starts by itself."""
+    """With R > kα the wheel rests on neither side: an anchor clock starts by itself."""
     scene = scene_of(
         trochlea={'release_angle': 0.1},
         escapement=escapement(0.0, 0.15, recoil=4e-3, friction=3e-4),
@@ -255,7 +255,7 @@ def test_pallets_alternate_on_any_thread(machine, roll, period):
 
 
 def test_recoil_starts_a_wheel_released_in_the_middle():
-    """The tooth lies where a release at 0 counts as +, so that the wheel sets off to −."""
+    """A release at 0 counts as +, and the tooth drives the wheel to −."""
     sections = {
         'escapement': escapement(3e-5, 0.15, recoil=4e-3),
         'drag': {'viscous': 1e-4},

@@ -21,7 +21,6 @@ INVOLUTE = {
     'thread': {'kind': 'vertical'},
     'release_angle': 1.3,
 }
-# what is the same to numba shares its kernels, with each other and with other files
 MACHINES = {
     'light': {**INVOLUTE, 'power': {'kind': 'weight', 'mass': 0.05}},
     'heavy': {**INVOLUTE, 'power': {'kind': 'weight', 'mass': 2.0}},
@@ -38,7 +37,7 @@ MACHINES = {
 }
 TOLERANCES = [10.0**-n for n in range(6, 15, 2)]
 ROUNDING = 1e-15
-"""What sixteen steps and the one beside them may leave between them, relative to the state."""
+"""Rounding errors of one step and of sixteen, relative to the state."""
 
 
 def machine_of(name):
@@ -80,7 +79,7 @@ def test_a_calm_swing_takes_long_steps_of_sixteen_stages(drag):
 
 
 def test_with_impulses_a_step_is_at_most_half_a_swing():
-    """However loose the tolerance; and a piece of forcing need not fit the steps."""
+    """At any tolerance. A piece of forcing need not fit the steps."""
     sections = {'escapement': {'energy': 1e-6}, 'drag': {'viscous': 1e-6}}
     machine = compile_machine(scene_of(trochlea=WEIGHT, **sections))
     for tolerance in (1e-12, 1e-3):
@@ -110,11 +109,10 @@ def stepped(engine, state, length_s, level):
 
 @pytest.mark.parametrize('name', MACHINES)
 def test_a_longest_step_keeps_its_tolerance_at_every_phase(name):
-    """One step against sixteen, whose error is 16^16 times smaller, from twelve phases of a swing.
+    """One step against sixteen, with an error 16^16 times smaller, from twelve phases of a swing.
 
-    And it is no shorter than it must be: where steps are limited by it, the error of the worst
-    phase is within four orders of the tolerance. (With a kink it is shorter, since the kink is
-    where a step ends, but not where it is laid out.)
+    The step is no shorter than necessary: at the worst phase the error of a limited step is within
+    four orders of the tolerance. A kink ends a step early.
     """
     machine = machine_of(name)
     engine = Collocation(machine)

@@ -115,7 +115,7 @@ def taylor(x, y, time, steps, omega, coupling):
     [(OMEGA, (0.3, -0.2), (0.1, 0.25), 0.5), ((1.3,), (0.4,), (0.1,), 0.2)],
 )
 def test_coupled_planes_follow_taylors_series(omega, x, y, coupling):
-    """Six periods; halved steps change nothing, so what is left is rounding.
+    """Six periods. Halved steps have the same error: only rounding is left.
 
     Sixteen stages take steps three and a half times as long.
     """

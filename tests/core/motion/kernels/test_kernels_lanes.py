@@ -69,7 +69,7 @@ def _operate(rows, x, n, out):
 
 @compiled
 def _rearrange(rows, x, i, out, numbers):
-    """All that is no operator; `numbers` takes what is one float."""
+    """Everything but operators. Floats go to `numbers`."""
     a, b, c = row_of(rows, 0), row_of(rows, 1), row_of(rows, 2)
     store(out, i, c)
     store(out, 16, filled(a, x))
@@ -102,7 +102,7 @@ def _fold(rows, out):
 
 @compiled
 def _tell(rows, numbers, counts):
-    """What is told of lanes in whole numbers."""
+    """Functions of lanes with integer results."""
     counts[0] = negative(row_of(rows, 0))
     counts[1] = ones(counts[0])
     counts[2] = width(rows)
@@ -157,7 +157,7 @@ def fill_eight(x, out):
 
 
 def of_record(kernel, out_at):
-    """The kernel with rows and what it writes as fields of a record, whose type says how long."""
+    """The kernel with its rows and its output as fields of a record."""
 
     def call(rows, *args):
         rest = list(args)
@@ -250,7 +250,7 @@ def test_what_moves_lanes_moves_the_right_ones(i, n):
 
 @WIDTHS
 def test_rows_are_combined_in_four_sums(n):
-    """Term j goes to sum j mod 4, with one rounding; sums 0 and 1, 2 and 3 come together first."""
+    """Term j goes to sum j mod 4, rounded once. Sums 0 and 1, and 2 and 3, are added first."""
     rows = np.random.default_rng(n).standard_normal((n, n))
     out, numbers = np.zeros((27, n)), np.zeros(8)
     REARRANGE[n](rows, 0.5, 0, out, numbers)
@@ -269,7 +269,7 @@ def test_rows_are_combined_in_four_sums(n):
 
 @WIDTHS
 def test_folded_rows_are_combined_as_if_unfolded(n):
-    """Against the whole matrix in rational numbers; of n terms each is rounded twice or so."""
+    """Against the whole matrix in rational numbers. Each of n terms is rounded about twice."""
     h = n // 2
     rows = np.random.default_rng(n).standard_normal((h + 5, n))
     rows[h, h:] = rows[h, :h]
@@ -343,7 +343,7 @@ def test_fma_rounds_once(case, n):
 @WIDTHS
 @pytest.mark.parametrize('row', [*SPECIAL, np.array([-1.0, 2.0, -3.0, -4.0, 5.0, 6.0, 7.0, -8.0])])
 def test_bits_tell_which_lanes_are_negative(row, n):
-    """Neither −0.0 nor what is no number is; the first lane has the lowest bit."""
+    """−0.0 and NaN are not negative. Lane 0 has the lowest bit."""
     row = np.concatenate([row, -row])[:n]
     rows, numbers, counts = np.array([row, row + 100.0]), np.zeros(1), np.zeros(3, np.int64)
     before = rows[1, 1]

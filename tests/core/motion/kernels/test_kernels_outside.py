@@ -33,7 +33,7 @@ def found(forcing, k, x, work):
 
 
 def pieces(seed, *terms):
-    """Lengths of three pieces and channels of so many powers; they fall as those of waves do."""
+    """Lengths of three pieces, and channels of so many powers with falling coefficients."""
     random = np.random.default_rng(seed)
     falling = [random.standard_normal((3, n)) * 0.5 ** np.arange(n) for n in terms]
     return ForcingPieces(random.uniform(0.1, 3.0, 3), *falling)
@@ -49,7 +49,7 @@ def wanted(channel, k, x, length):
 )
 @pytest.mark.parametrize('x', [0.0, 0.3, 1.0])
 def test_all_channels_and_their_derivatives_at_once(terms, x):
-    """A long piece before a short one: nothing of it may be left."""
+    """A long piece comes first and must leave no trace."""
     work = make_work(1, ())
     found(pieces(1, MOST_POWERS, MOST_POWERS, MOST_POWERS), 0, 0.7, work)
     forcing = pieces(2, *terms)
