@@ -124,12 +124,7 @@ SURE = 2.0
 
 @dataclass(frozen=True)
 class Dial:
-    """The conversion of phases to readings.
-
-    Attributes:
-        nominal_s: time by which the dial advances in a turn of the phase [s].
-        rounding_s: smallest significant difference [s].
-    """
+    """Time by which the dial advances in a turn of the phase, and its rounding error [s]."""
 
     nominal_s: float
     rounding_s: float
@@ -310,7 +305,6 @@ def try_out(
 
 
 def _beginning(scene: Scene, longest_s: float) -> Scene:
-    """Return the beginning of a scene in whole log intervals, at least two."""
     interval_s = scene.log_interval_ns / NS_PER_S
     logs = min(max(int(longest_s / interval_s * (1.0 + 1e-12)), 2), scene.log_count - 1)
     return scene.model_copy(update={'duration': logs * interval_s})
@@ -380,12 +374,10 @@ def _released_apart(scene: Scene) -> Scene:
 
 
 def _length_s(scene: Scene, ran: _Ran) -> float:
-    """Return the motion that a run has logged [s]."""
     return max(len(ran.phases) - 1, 0) * scene.log_interval_ns / NS_PER_S
 
 
 def _half_turns_apart(a: _Ran, b: _Ran) -> FloatArray:
-    """Return by how many half turns two runs differ, at the instants of both."""
     count = min(len(a.phases), len(b.phases))
     difference: FloatArray = (a.phases[:count] - b.phases[:count]).sum(axis=1)
     return difference
@@ -752,12 +744,10 @@ def missed_words(result: Mapping[str, Any]) -> str:
 
 
 def _stated(error_s: float) -> float:
-    """Return the bound for a reading, which is rounded to `RESOLUTION_S`."""
     return max(error_s + 0.5 * RESOLUTION_S, RESOLUTION_S)
 
 
 def _tell(progress: Callable[[float], None] | None, count: int, seas: int, share: float) -> None:
-    """Report the fraction done of the trials in all seas."""
     if progress is not None:
         progress((count + share) / seas)
 
@@ -847,12 +837,7 @@ def tolerance(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> float:
 
 
 class Waves(NamedTuple):
-    """The harmonics of a ship's motion, arrays of shape (n,).
-
-    Attributes:
-        frequency: Ω [rad/s], > 0.
-        sway: amplitude of the apparent vertical's direction [rad].
-    """
+    """Ω [rad/s] of a ship's harmonics, and their sways of the apparent vertical [rad], (n,)."""
 
     frequency: FloatArray
     sway: FloatArray

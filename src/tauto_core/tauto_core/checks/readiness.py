@@ -146,7 +146,6 @@ def implausible(scene: Scene) -> list[str]:
 
 
 def _odd(scene: Scene) -> Iterator[tuple[str, float, _Sizes]]:
-    """Yield key, value and known range of each number outside that range."""
     for key, value in _numbers('', scene.model_dump(exclude_none=True)):
         sizes = _SIZES.get(re.sub(r'\[\d+\]', '[*]', key))
         if sizes is not None and value and not sizes.low <= abs(value) <= sizes.high:
@@ -261,7 +260,6 @@ def check_known(scene: Scene) -> None:
 
 
 def _overdamped(scene: Scene) -> list[Problem]:
-    """Return the problem of drag that prevents swings."""
     if scene.drag is None or scene.drag.viscous == 0.0:
         return []
     machine = compile_machine(scene)
@@ -306,7 +304,6 @@ def plausibility_warnings(
 
 
 def _check_start(scene: Scene, machine: AnyMachine, motion: ShipMotion) -> None:
-    """Refuse a release that is beyond the cam with the ship's motion at the start."""
     tilt = 0.0
     # a suspended case begins at rest, θ = φ
     tilts = scene.suspension is None and machine.sensed_angle(0.0, 1.0) != 0.0
@@ -328,7 +325,6 @@ def _check_start(scene: Scene, machine: AnyMachine, motion: ShipMotion) -> None:
 
 
 def _check_motion(scene: Scene, machine: AnyMachine) -> None:
-    """Refuse a machine with a motion too abrupt for the series of every propagator."""
     still = scene.lies_still
     if isinstance(machine, HangingMachine) or _is_resolved(machine, still):
         return
@@ -385,7 +381,6 @@ def _is_resolved(machine: Machine | LeverMachine, still: bool) -> bool:
 
 
 def _check_escapement(scene: Scene, range_rad: float) -> None:
-    """Refuse an impulse at an angle that no swing reaches."""
     if scene.escapement is None or abs(scene.escapement.angle) < range_rad:
         return
     raise SceneError(
@@ -413,7 +408,6 @@ def _check_drag(scene: Scene, machine: AnyMachine) -> None:
 
 
 def _check_swing(scene: Scene, machine: FluidPendulum) -> None:
-    """Refuse a fluid with too much resistance for swings."""
     try:
         machine.period(machine.release_arc)
     except (DescentError, QuadratureError) as error:
@@ -427,7 +421,6 @@ def _check_swing(scene: Scene, machine: FluidPendulum) -> None:
 
 
 def _check_dial(scene: Scene, frequency: float) -> None:
-    """Refuse a dial with readings outside the range of ROS times."""
     regulator = 'trochlea' if scene.regulator is None else 'regulator'
     period = math.tau / frequency if frequency > 0.0 else math.inf
     nominal = scene.clock.nominal_period or period

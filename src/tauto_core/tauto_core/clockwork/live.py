@@ -271,9 +271,6 @@ class Limits(Stateful):
     A harmonic wheel with a neutral line inclined by γ obeys θ̈ = −ω² (θ − γ), and dA/dt ≤ ω |γ|.
     More growth, at the largest inclination of the sensor until then, would violate the
     conservation of energy.
-
-    Args:
-        scene: the scene of the machine.
     """
 
     state_names = ('stamp_ns', 'amplitude', 'felt_ns', 'tilt')
@@ -336,9 +333,6 @@ class HeldTemperature(Stateful):
     The first motion sample after a logged instant sets the temperature of the next instant: the
     thermometer's last value, or `trochlea.at_celsius` before the first. So the clock never waits
     for the thermometer, and follows it by one to two log intervals.
-
-    Args:
-        scene: the scene to simulate.
     """
 
     state_names = ('stamps', 'celsius', 'origin_ns', 'next')
@@ -636,7 +630,6 @@ class LiveTrochlea(Stateful):
         )
 
     def _fail(self, why: str) -> None:
-        """Abandon a run. The next sample begins another."""
         self._run = None
         self._trouble = why
         self._counts['runs_failed'] += 1

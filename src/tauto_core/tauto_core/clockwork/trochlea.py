@@ -520,7 +520,6 @@ class TrochleaStage(Stateful):
         return self._advance(final=True)
 
     def _feel(self, case: HungImu | None) -> None:
-        """Take the motion of the clock in the suspended case."""
         if case is not None:
             self._buffer.add(case, self._origin_ns or 0)
 
@@ -628,10 +627,6 @@ class SwingTally:
 
     It takes the wheel's motion in its case as if the case were still. If the swing follows the
     apparent vertical, a tilt τ of that adds ⟨τ²⟩ to the amplitude squared.
-
-    Args:
-        scene: the scene of the clock.
-        machine: the regulator of the scene, if it has been built already.
     """
 
     def __init__(self, scene: Scene, machine: AnyMachine | InPlaceOfWheel | None = None) -> None:

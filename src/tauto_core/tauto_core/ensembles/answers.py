@@ -181,7 +181,6 @@ def sizes_nmi(rows: Iterable[Mapping[str, Any]], column: str) -> FloatArray:
 
 
 def _quantiles(sizes: FloatArray) -> list[float] | None:
-    """Return the quantiles of the finite sizes, `None` if there are no finite sizes."""
     finite = sizes[np.isfinite(sizes)]
     return np.quantile(finite, QUANTILES).tolist() if len(finite) else None
 
@@ -192,7 +191,6 @@ def shares_within(rows: Iterable[Mapping[str, Any]], clock: str) -> list[Portion
 
 
 def _shares(sizes: FloatArray) -> list[Portion]:
-    """Return the shares of sizes within each limit of the Act."""
     counts = [(limit, int(np.count_nonzero(sizes <= limit))) for limit, _ in AWARDS]
     total = len(sizes)
     return [Portion(limit, count, count / total, *wilson(count, total)) for limit, count in counts]
@@ -544,7 +542,6 @@ def _prizes(
 def _changes(
     rows: Sequence[dict[str, Any]], logged: dict[str, dict[str, Any]], way: str, drawn: str
 ) -> float | None:
-    """Return the median size of a draw's change of the error [nmi], `None` without draws."""
     column = WAYS[way]
     pairs = [
         (row[column], logged[row['passage']][column]) for row in rows if row['drawn'] == drawn
@@ -567,7 +564,6 @@ SAILED_WITHIN_DAYS = 3.0
 
 
 def _companies(sailed: Sailed) -> Iterator[ConvoyPair]:
-    """Yield the pairs of passages that were sailed in company."""
     rows = {(row['clock'], row['passage']): row for row in sailed.rows if row['drawn'] == 'log'}
     clocks = [clock.name for clock in sailed.trial.rules.clocks]
     for a, b in combinations(sailed.trial.passages, 2):

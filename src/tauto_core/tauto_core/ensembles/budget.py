@@ -193,7 +193,6 @@ class Job:
     """Stretches of one voyage to be sailed.
 
     Attributes:
-        scene: the scene.
         without: motions or gravity switched off, see `ShipMotion`.
         begins_ns: when each stretch begins to settle, from the start [ns].
         settle_ns: time before it counts [ns]. 0: the voyage is sailed as by `sail`.
@@ -273,7 +272,6 @@ def account(
     """Return the budget of a scene's rate.
 
     Args:
-        scene: the scene.
         crew: the processes on which stretches are sailed.
         progress: called with the fraction done.
         origin: file or name that the user gave, for errors. `None`: the scene's name.
@@ -372,7 +370,6 @@ def _with(plan: Job, **keys: object) -> Job:
 
 
 def _steady_air(scene: Scene) -> ConstantAir | None:
-    """Return air at the temperature of the departure."""
     if scene.air is None:
         return None
     return ConstantAir(celsius=float(BoxTemperature(scene).at(np.zeros(1, np.int64))[0]))
@@ -381,7 +378,6 @@ def _steady_air(scene: Scene) -> ConstantAir | None:
 def _causes(
     plan: Job, machine: AnyMachine, heat: Heat, moves: tuple[tuple[str, ...], ...]
 ) -> dict[str, Job]:
-    """Return the runs without each cause."""
     jobs = {
         ' and '.join(name for name in names if not name.startswith('force')): replace(
             plan, without=names
@@ -398,7 +394,6 @@ def _causes(
 
 
 def _besides(plan: Job, *, thread_swings: bool) -> dict[str, Job]:
-    """Return the runs on land (if the thread swings) and without suspension."""
     scene, jobs, hung = plan.scene, dict[str, Job](), plan.scene.suspension
     if thread_swings:
         jobs[_ON_LAND] = _with(
@@ -432,7 +427,6 @@ def sail_job(voyage: _NumberedJob, progress: Callable[[float], None]) -> list[di
 def _sailed(
     jobs: Mapping[str, Job], crew: Crew, progress: Callable[[float], None] | None
 ) -> dict[str, FloatArray]:
-    """Return the frequencies of each job by its name."""
     plan = Voyages(sail_job, [(k, *item) for k, item in enumerate(jobs.items())], case_of)
     report = None if progress is None else lambda count: progress(count / len(jobs))
     rows = sail(plan, crew, None, report)

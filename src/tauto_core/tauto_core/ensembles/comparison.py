@@ -288,7 +288,6 @@ def _taking(name: str, scene: Scene, shared: Mapping[str, Any], ship_of: str | N
 
 
 def _as_given(origin: str, changed: Scene, ship_of: str | None = None) -> Scene:
-    """Return a changed scene, checked like one that was read."""
     try:
         return parse_scene(scene_yaml(changed), origin)
     except SceneError as error:
@@ -312,7 +311,6 @@ def _in_cases(origin: str, scene: Scene, cases: _Cases) -> Iterator[Scene]:
 
 
 def _check_shared(scenes: Sequence[tuple[str, Scene]]) -> None:
-    """Refuse clocks with different passages (UsageError)."""
     (leader, scene), *followers = scenes
     passage = _passage(scene)
     for origin, peer in followers:
@@ -336,7 +334,6 @@ def _passage(scene: Scene) -> dict[str, Any]:
 
 
 def _differences(path: str, ours: Any, theirs: Any) -> Iterator[tuple[str, Any, Any]]:
-    """Yield the path and both values of every key that differs."""
     if not (isinstance(ours, dict) and isinstance(theirs, dict)):
         if ours != theirs:
             yield path, ours, theirs
@@ -530,11 +527,8 @@ def in_one_sea(entries: Sequence[Entry], jobs: int) -> list[list[tuple[int, Entr
 class Sea:
     """The sea of a voyage: the ship's motion and its integrals, which several clocks share.
 
-    It is sampled for the scene that needs the most samples beyond its end (a hung case).
-
-    Args:
-        scenes: scenes of the clocks.
-        origins: their files or names, for errors.
+    It is sampled for the scene that needs the most samples beyond its end (a hung case). `origins`
+    are the files or names of the scenes, for errors.
     """
 
     def __init__(self, scenes: Sequence[Scene], origins: Sequence[str]) -> None:
@@ -590,13 +584,7 @@ class Sea:
 
 
 class Afloat:
-    """A clock under way, together with others in one sea.
-
-    Args:
-        scene: its scene.
-        origin: its file or name, for errors.
-        sea: the common sea.
-        rated: whether the dial is regulated for its start (`regulated`).
+    """A clock under way, together with others in one sea. `rated` clocks are regulated first.
 
     Attributes:
         ended: the event that ended its motion, or `None`.
@@ -648,8 +636,6 @@ class Afloat:
 
 
 class _Compared(Afloat):
-    """A clock of a comparison under way, with the trace of its error."""
-
     def __init__(self, entry: Entry, sea: Sea) -> None:
         self.entry, self.trace = entry, ErrorTrace(entry.scene)
         super().__init__(entry.scene, entry.origin, sea)

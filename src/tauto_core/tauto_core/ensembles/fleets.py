@@ -375,13 +375,7 @@ def sail_ship(plan: Plan, number: int, progress: Callable[[float], None]) -> lis
 
 @dataclass(frozen=True, repr=False)
 class Fleet:
-    """A fleet that has sailed.
-
-    Attributes:
-        plan: the plan.
-        rows: results of `sail_ship`, sorted by ship.
-        answers: statistics of the rows.
-    """
+    """A fleet that has sailed: rows of `sail_ship`, sorted by ship, and their statistics."""
 
     plan: Plan
     rows: Rows

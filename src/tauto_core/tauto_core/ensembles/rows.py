@@ -262,7 +262,6 @@ class Store:
             )
 
     def _read(self) -> Iterable[dict[str, Any]]:
-        """Yield one stored row for each ship."""
         import pyarrow as pa
         import pyarrow.parquet as pq
 
@@ -294,7 +293,6 @@ class Store:
 
 @contextmanager
 def _saying(folder: Path) -> Iterator[None]:
-    """Turn an error of the file system into a FleetError."""
     try:
         yield
     except OSError as error:
@@ -395,8 +393,6 @@ def sail(
     """Sail a plan, or the rest of it, and return all rows sorted by `ship`.
 
     Args:
-        plan: the plan.
-        crew: the processes.
         out: folder in which rows are stored as voyages end. `None`: they are not stored.
         progress: called with the number of finished rows, fractions of voyages included.
 

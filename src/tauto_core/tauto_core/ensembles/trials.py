@@ -351,8 +351,6 @@ class Trial:
 
     Attributes:
         logs: file or name that the user gave.
-        rules: the settings.
-        passages: the chosen passages.
         wind_draws, hull_draws: repetitions of each passage with another random wind or hull.
         left_out: chosen passages that cannot be sailed, with their problems.
     """
@@ -583,8 +581,6 @@ TRACES = {'noon_raw_error_nmi': 'raw_error_nmi', 'noon_error_nmi': 'error_nmi'}
 
 
 class _Tried(Afloat):
-    """A clock under way, with its two navigators."""
-
     def __init__(self, clock: TriedClock, scene: Scene, origin: str, sea: Sea) -> None:
         super().__init__(scene, origin, sea, rated=True)
         self.clock = clock
@@ -688,12 +684,7 @@ COLUMNS: Columns = {
 
 @dataclass(frozen=True)
 class Sailed:
-    """A trial that has been sailed.
-
-    Attributes:
-        trial: the trial.
-        rows: results of `sail_passage`, sorted by their numbers.
-    """
+    """A trial that has been sailed, with the rows of `sail_passage`, sorted by their numbers."""
 
     trial: Trial
     rows: Sequence[dict[str, Any]]

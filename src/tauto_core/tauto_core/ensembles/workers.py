@@ -219,7 +219,6 @@ _to_parent: Callable[[tuple[int, float] | Ended[Any]], None] | None = None
 
 
 def _run(task: Task[Item, Result], place: int, item: Item) -> Result:
-    """Run one item in another process, and report its progress from there."""
     told_s = time.monotonic()
 
     def tell(share: float) -> None:
@@ -319,7 +318,6 @@ class _Processes(Executor):
         raise WorkerError(*_DIED)
 
     def _process(self) -> tuple[Any, Connection, Connection]:
-        """Return the process of this thread, with the pipes to it and from it."""
         from loky.backend.process import LokyProcess
 
         with self._changing:
@@ -356,7 +354,6 @@ _SAFE_PATH = {'PYTHONSAFEPATH': '1'}
 
 @contextmanager
 def _safe_path() -> Iterator[None]:
-    """Set this environment for processes that start in this context."""
     old = os.environ.get('PYTHONSAFEPATH')
     os.environ.update(_SAFE_PATH)
     try:

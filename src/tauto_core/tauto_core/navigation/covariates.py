@@ -117,12 +117,7 @@ on those passages [K].
 
 
 class ClimateWalk(NamedTuple):
-    """The wandering of the rate under way by its causes.
-
-    Attributes:
-        density_per_s: density of the random walk of the rate [1/s], 0 without causes.
-        causes: their names.
-    """
+    """Density of the random walk of the rate under way [1/s], and the names of its causes."""
 
     density_per_s: float = 0.0
     causes: tuple[str, ...] = ()
@@ -309,12 +304,9 @@ fitting ones depart by 0.3 at most, the others by more than 2.6.
 
 @dataclass(frozen=True)
 class Runs:
-    """The coefficient of one covariate by trial runs.
+    """The coefficient of the covariate `name` by trial runs.
 
-    Attributes:
-        name: name of the covariate.
-        at: the coefficient for each wave period [s], relative change of gravity, or change of
-            temperature [K].
+    It is given for each wave period [s], relative change of gravity, or change of temperature [K].
     """
 
     name: str

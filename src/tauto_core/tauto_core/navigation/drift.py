@@ -724,7 +724,6 @@ class DriftStage(Stateful):
         return estimates(stamps, references, way, self._model, passed) if len(stamps) else {}
 
     def _use_observations(self, ready: IntArray) -> Filtered:
-        """Update with the observations up to the last of `ready`, and return the filter's run."""
         assert self._track is not None
         newest, oldest = int(ready[-1]), max(int(ready[0]), self._track.oldest_ns)
         reached = sorted(stamp for stamp in self._pending if stamp <= newest)

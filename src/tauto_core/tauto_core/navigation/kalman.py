@@ -125,7 +125,6 @@ def correction(size: int) -> Callable[..., tuple[float, ...]]:
 
 
 def _square(now: tuple[Any, ...], size: int) -> list[list[Any]]:
-    """Return the whole covariance, row by row."""
     matrix: list[list[Any]] = [[0.0] * size for _ in range(size)]
     for (i, j), number in zip(pairs(size), now[size:], strict=True):
         matrix[i][j] = matrix[j][i] = number

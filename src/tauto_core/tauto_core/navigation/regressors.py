@@ -285,7 +285,6 @@ class Regressors(MotionRegressors):
         return result
 
     def _add(self, imu: ImuSamples) -> None:
-        """Take samples that continue the earlier ones."""
         stamps = imu.stamp_ns
         if not len(stamps):
             return
@@ -317,7 +316,6 @@ class Regressors(MotionRegressors):
         return values
 
     def _append(self, stamps: IntArray, value: FloatArray) -> None:
-        """Integrate the regressors up to further points."""
         times = np.concatenate((self._stamp[-1:], stamps))
         values = np.concatenate((self._value[-1:], value))
         areas = 0.5 * (np.diff(times) / NS_PER_S)[:, None] * (values[:-1] + values[1:])
@@ -455,7 +453,6 @@ class SlowRegressor(MotionRegressors):
         return np.column_stack([grown[power] for power in self.powers])
 
     def _forget(self, count: int) -> None:
-        """Drop the first samples."""
         self._stamp, self._piece = self._stamp[count:], self._piece[count:]
         self._integral = self._integral[count:]
 
@@ -641,7 +638,6 @@ class RecordedIntegrals(MotionRegressors):
 
 
 def _roll(imu: ImuSamples, steps: FloatArray) -> FloatArray:
-    """Return ρ²."""
     from tauto_core.ship.kernels import roll_of
 
     del steps
