@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from in_pieces import feeds
-from scipy.linalg import expm
+from in_pieces import feeds, times, van_loan
 from scipy.optimize import brentq
 
 import tauto_core as tauto
@@ -91,17 +90,6 @@ def start_of(model, dd=0.04):
     return Known(0, prior(model)._replace(dd=ageing), integrals_s=(0.0, 0.0))
 
 
-def step_of(tau, model):
-    """Transition and process noise of the clock from one matrix exponential (Van Loan 1978)."""
-    a = np.diag([1.0, 1.0], 1)
-    w = np.diag([model.white_fm_s, model.random_walk_fm_per_s, 0.0])
-    big = np.zeros((6, 6))
-    big[:3, :3], big[:3, 3:], big[3:, 3:] = -a, w, a.T
-    blocks = expm(big * tau)
-    f = blocks[3:, 3:].T
-    return f, f @ blocks[:3, 3:]
-
-
 def least_squares(start, times_s, integrals, phases, model):
     """Weighted least squares for all unknowns at once: the coefficients, the clock at all times.
 
@@ -126,7 +114,7 @@ def least_squares(start, times_s, integrals, phases, model):
         add(np.eye(1) / math.sqrt(variance), [(column, np.eye(1))], np.array([value]))
     before, passed = 0.0, np.zeros(2)
     for i, (time, moved) in enumerate(zip(times_s, integrals, strict=True)):
-        f, q = step_of(time - before, model)
+        f, q = van_loan(time - before, model)
         old, new = origin + 2 * i, origin + 2 * (i + 1)
         of_k = np.array([passed - moved, np.zeros(2)])
         terms = [(0, of_k), (2, -f[:2, 2:states]), (old, -f[:2, :2]), (new, np.eye(2))]
@@ -324,12 +312,6 @@ def test_over_a_gap_the_integrals_grow_as_usual():
     whole = integrals(scene, imu, [2099.0, 2301.0])
     # the usual growth is a mean over ten minutes or so, in which waves differ by a tenth
     np.testing.assert_allclose(np.diff(ends, axis=0), np.diff(whole, axis=0), rtol=0.1)
-
-
-def times(stamps_s, errors_s=0.0):
-    stamps = np.asarray(np.array(stamps_s) * S, np.int64)
-    errors = np.asarray(np.broadcast_to(errors_s, stamps.shape) * S, np.int64)
-    return TimeSamples(stamps, '', stamps + errors, same('dial', len(stamps)))
 
 
 def topics_of(scene):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from in_pieces import feeds, split
+from in_pieces import feeds, split, times
 
 from tauto_core.navigation import ESTIMATE_NAMES, DriftStage, drift
 from tauto_core.navigation.kalman import Estimate
@@ -15,7 +15,6 @@ from tauto_core.samples import (
     READING,
     TimeSamples,
     join,
-    same,
     take,
 )
 from tauto_core.scene import parse_scene
@@ -42,12 +41,6 @@ drift:
 
 def scene_of(duration=60.0, states=2, gate=1e9):
     return parse_scene(SCENE.format(duration=duration, states=states, gate=gate), 'test')
-
-
-def times(stamps_s, errors_s=0.0):
-    stamps = np.asarray(np.array(stamps_s) * S, np.int64)
-    errors = np.asarray(np.broadcast_to(errors_s, stamps.shape) * S, np.int64)
-    return TimeSamples(stamps, '', stamps + errors, same('port', len(stamps)))
 
 
 def readings_of(scene, rate_s=0.003):

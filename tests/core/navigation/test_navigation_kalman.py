@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.linalg import expm
+from in_pieces import van_loan
 from scipy.stats import chi2
 
 from benchmarks.whole_run import filtered_drift
@@ -47,17 +47,6 @@ def run(start, times, phases, model):
 
 def whole_ns(times):
     return np.rint(np.asarray(times) * 1e9).astype(np.int64).tolist()
-
-
-def van_loan(tau, model):
-    """Transition and process noise from one matrix exponential (Van Loan 1978)."""
-    a = np.diag([1.0, 1.0], 1)
-    w = np.diag([model.white_fm_s, model.random_walk_fm_per_s, 0.0])
-    big = np.zeros((6, 6))
-    big[:3, :3], big[:3, 3:], big[3:, 3:] = -a, w, a.T
-    blocks = expm(big * tau)
-    f = blocks[3:, 3:].T
-    return f, f @ blocks[:3, 3:]
 
 
 def dense_filter(start, elapsed, phases, model):

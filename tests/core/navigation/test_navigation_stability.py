@@ -6,6 +6,7 @@ import allantools
 import numpy as np
 import power_law_noise
 import pytest
+from in_pieces import times
 
 from tauto_core.navigation.stability import (
     FEWEST,
@@ -15,7 +16,6 @@ from tauto_core.navigation.stability import (
     stability,
     stability_of,
 )
-from tauto_core.samples import TimeSamples, same
 from tauto_core.scene.errors import EstimationError
 
 S = 1_000_000_000
@@ -140,19 +140,13 @@ def test_a_clock_in_between_is_told_by_its_noise():
     assert found['noise'][-1] == 'random walk FM'
 
 
-def reading(stamps_s, error_s):
-    stamps = np.asarray(np.rint(np.asarray(stamps_s) * S), np.int64)
-    errors = np.asarray(np.rint(np.broadcast_to(error_s, stamps.shape) * S), np.int64)
-    return TimeSamples(stamps, '', stamps + errors, same('dial', len(stamps)))
-
-
 def test_readings_become_errors_at_even_intervals():
     rng = np.random.default_rng(2)
     error = rng.normal(size=100)
-    found, interval = error_of(reading(1e9 + 60.0 * np.arange(100), error))
+    found, interval = error_of(times(1e9 + 60.0 * np.arange(100), error))
     np.testing.assert_allclose(found, error, atol=1e-9)
     assert interval == 60.0
-    rows = stability_of(reading(60.0 * np.arange(100), error))
+    rows = stability_of(times(60.0 * np.arange(100), error))
     assert rows['samples'] == 100
     assert [row['tau_s'] for row in rows['rows']] == [60.0, 120.0, 240.0, 480.0, 960.0]
     assert all(row['time_low'] < row['time'] < row['time_high'] for row in rows['rows'])
@@ -161,10 +155,10 @@ def test_readings_become_errors_at_even_intervals():
 @pytest.mark.parametrize(
     ('readings', 'words'),
     [
-        (reading(range(FEWEST - 1), 0.0), '31 readings are too few'),
-        (reading([*range(50), *range(51, 99)], 0.0), 'at 51 s comes 2 s after'),
-        (reading(np.arange(99.0), 1e-3 * np.arange(99.0)), 'on a parabola'),
-        (reading(np.arange(99.0), 1e-3 * np.arange(99.0) ** 2), 'on a parabola'),
+        (times(range(FEWEST - 1), 0.0), '31 readings are too few'),
+        (times([*range(50), *range(51, 99)], 0.0), 'at 51 s comes 2 s after'),
+        (times(np.arange(99.0), 1e-3 * np.arange(99.0)), 'on a parabola'),
+        (times(np.arange(99.0), 1e-3 * np.arange(99.0) ** 2), 'on a parabola'),
     ],
 )
 def test_what_has_no_stability_is_refused_by_name(readings, words):
