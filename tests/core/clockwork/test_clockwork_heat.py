@@ -159,7 +159,7 @@ def test_temperatures_off_the_grid_or_missing_are_refused() -> None:
     late = TemperatureSamples(felt.stamp_ns + 5, '', felt.temperature, felt.variance)
     stage = TrochleaStage(scene)
     stage.feed({SHIP_TEMPERATURE: felt})
-    with pytest.raises(PropagationError, match='the next logged instant'):
+    with pytest.raises(PropagationError, match='The next logged instant'):
         stage.feed({SHIP_TEMPERATURE: late})
     kelvin = TemperatureSamples(felt.stamp_ns, '', felt.temperature + 273.15, felt.variance)
     with pytest.raises(PropagationError, match='in °C'):
