@@ -1,6 +1,7 @@
 """Waves met by a ship under way, against the waves of a fixed sea at the ship's position."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -129,7 +130,7 @@ def test_heave_is_read_at_the_frequency_of_the_wave():
         np.testing.assert_allclose(2.0 * np.pi / heave.period, course.frequency(omega), rtol=1e-13)
 
 
-def ship(**keys: object) -> dict[str, object]:
+def ship(**keys: object) -> dict[str, Any]:
     sea = {'spectrum': 'bretschneider', 'significant_wave_height': 2.0, 'peak_period': 10.0}
     rao = {'path': OPERATOR, 'heading': 2.5}
     return {'kind': 'sea', 'sea': sea, 'rao': rao, **keys}

@@ -240,8 +240,6 @@ def test_gimbals_keep_the_plane_upright_on_a_ship_that_pitches():
     ('changes', 'key', 'said'),
     [
         ({'depth': 0.0}, 'suspension.depth', 'greater than 0'),
-        ({'depth': -0.05}, 'suspension.depth', '0.05'),
-        ({'gyration_radius': 0.0}, 'suspension.gyration_radius', 'greater than 0'),
         ({'damping_ratio': -0.1}, 'suspension.damping_ratio', '0'),
         ({'damping_ratio': 5.0}, 'suspension.damping_ratio', 'Use for example 0.1'),
         ({'friction_angle': -0.1}, 'suspension.friction_angle', '0'),

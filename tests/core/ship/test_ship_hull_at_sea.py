@@ -180,8 +180,6 @@ def test_a_hull_sets_the_cutoff_of_the_sea(scene: Any) -> None:
             'ship.hull.centre_of_gravity',
             'below the metacentre, 0.699 m .* capsizes',
         ),
-        ({'ship.hull': {'shape': 'deptford', 'beam': 12.0}}, 'ship.hull.beam', 'not a key'),
-        ({'ship.clock': {'forward': math.nan}}, 'ship.clock.forward', 'finite'),
         (
             {'ship.rao': {'path': 'shipped:supply_rao/supply_six.csv'}},
             'ship.rao',

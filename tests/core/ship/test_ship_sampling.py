@@ -3,6 +3,7 @@
 import json
 import math
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -225,7 +226,7 @@ def rolling(height: float, *waves: tuple[float, float, float]) -> dict[str, obje
     return {'kind': 'components', 'height': height, 'components': components}
 
 
-LEVER = {
+LEVER: dict[str, Any] = {
     'duration': 8.0,
     'trochlea': {
         'inertia': 2.02e-5,
@@ -236,7 +237,7 @@ LEVER = {
     },
     'ship': rolling(6.3, (0.145, 4.51, -1.52), (0.331, 7.88, -1.34), (0.365, 3.93, 3.0)),
 }
-HANGING = {
+HANGING: dict[str, Any] = {
     'duration': 40.0,
     'trochlea': {
         'inertia': 4.6e-4,

@@ -474,10 +474,7 @@ def test_a_fast_mode_too_fast_to_sample_is_refused_with_a_radius():
         ({'suspension__depth': 0.0}, 'suspension.depth', 'topples'),
         ({'suspension__depth': -0.1}, 'suspension.depth', '0.1'),
         ({'suspension__gyration_radius': 0.0}, 'suspension.gyration_radius', 'no time'),
-        ({'suspension__gyration_radius': -1.0}, 'suspension.gyration_radius', 'no time'),
-        ({'suspension__axle_radius': 0.0}, 'suspension.axle_radius', 'greater than'),
         ({'suspension__kind': 'gimbal'}, 'suspension.kind', 'axle, gimbals'),
-        ({'suspension__dept': 1.0}, 'suspension.dept', 'Did you mean'),
     ],
 )
 def test_cases_that_cannot_hang_are_refused(changes, key, said):

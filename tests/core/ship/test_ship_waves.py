@@ -1,6 +1,7 @@
 """Sums of harmonics and seas that fade into one another, against 40-digit arithmetic."""
 
 from collections.abc import Callable
+from functools import partial
 from itertools import pairwise, product
 
 import mpmath
@@ -74,7 +75,7 @@ def test_value_and_derivatives_after_100_days():
     for first in (0, 100 * 86_400 * 20 - 7):
         got = sampled.between(first, first + SUM_BLOCK, 0, 1, 2)
         for k in range(first, first + SUM_BLOCK, 37):
-            wanted = exact(lambda t: direct(harmonics, t), k)
+            wanted = exact(partial(direct, harmonics), k)
             assert np.all(np.abs([x[k - first] for x in got] - np.array(wanted)) < limits)
 
 
@@ -94,7 +95,7 @@ def test_phases_all_round_the_circle_are_right_to_rounding():
         harmonics = Harmonics(np.ones(1), np.array([10.0]), np.array([eps]))
         (value,) = SampledHarmonics(harmonics, STEP_NS).between(0, SUM_BLOCK, 0)
         for k in (0, SUM_BLOCK // 2 - 1, SUM_BLOCK // 2, SUM_BLOCK - 1):
-            [wanted] = exact(lambda t, sums=harmonics: direct(sums, t), k, 1)
+            [wanted] = exact(partial(direct, harmonics), k, 1)
             assert abs(value[k] - wanted) < 4.5e-16
 
 
@@ -152,7 +153,7 @@ def test_value_rate_and_acceleration_are_those_of_the_definition(begins_s, lengt
     for part in (0.0, 0.07, 0.31, 0.5, 0.77, 0.98, 1.3, 1.6, 2.01, 2.5, 2.9, 3.2):
         k = round((begins_s + length_s * part) * S / STEP_NS)
         got = [float(x[0]) for x in sampled.between(k, k + 1, 0, 1, 2)]
-        wanted = exact(lambda t: faded(fades, t), k)
+        wanted = exact(partial(faded, fades), k)
         assert np.all(np.abs(np.subtract(got, wanted)) < limits), (part, got, wanted)
 
 
