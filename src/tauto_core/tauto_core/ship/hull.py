@@ -500,14 +500,13 @@ class Hull:
     Attributes:
         coefficients: of the hull, at the ship's length.
         roll_period: natural period of the roll [s].
-        roll_damping_ratio: damping by bilges, keel and sails over critical damping; adds to the
-            small damping by waves.
+        roll_damping_ratio: damping by bilges, keel and sails over critical damping, in
+            addition to the waves.
         gravity: g [m/s2].
         k_xx: radius of gyration in roll about the centre of gravity [m] (`None`: 0.38 beam).
         k_yy: in pitch [m] (`None`: 0.25 length).
         k_zz: in yaw [m] (`None`: 0.25 length).
-        centre_of_gravity: z_G over the waterline [m]; None: the height that gives the roll its
-            period.
+        centre_of_gravity: z_G over the waterline [m] (`None`: from the roll period).
     """
 
     coefficients: HullCoefficients

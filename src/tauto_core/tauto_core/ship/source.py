@@ -143,8 +143,8 @@ KEPT_BYTES = 2**24
 class ShipMotion(Stateful):
     """IMU samples k = 0 ... scene.samples - 1, and the later ones that the stages need.
 
-    Sample k is stamped starts_at + k step. Its bits depend on scene and k alone. A ship that lies
-    still sends one constant sample per log interval.
+    Sample k is stamped starts_at + k step. Its bits depend on scene and k alone. A ship at rest
+    sends one constant sample per log interval.
 
     Args:
         scene: the scene.
