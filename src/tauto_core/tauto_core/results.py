@@ -89,7 +89,10 @@ class Summary:
         reading = batches.get(READING)
         if isinstance(reading, TimeSamples):
             self._rated.read(reading)
-        self._feel(batches.get(SHIP_TEMPERATURE))
+        air = batches.get(SHIP_TEMPERATURE)
+        if isinstance(air, TemperatureSamples) and len(air.stamp_ns):
+            (low, high), celsius = self._air, air.temperature
+            self._air = min(low, float(celsius.min())), max(high, float(celsius.max()))
         for topic, samples in batches.items():
             if not len(samples.stamp_ns):
                 continue
@@ -110,15 +113,6 @@ class Summary:
                     self._lost_joule += float(np.sum(samples.position[:, 2]))
                 if topic == ESTIMATE:
                     self._rated.estimate(samples)
-
-    def _feel(self, samples: Samples | None) -> None:
-        """Take temperatures of the clock."""
-        if isinstance(samples, TemperatureSamples) and len(samples.stamp_ns):
-            low, high = self._air
-            self._air = (
-                min(low, float(samples.temperature.min())),
-                max(high, float(samples.temperature.max())),
-            )
 
     def result(self) -> dict[str, Any]:
         """Return all figures, with the scene's name and the answer."""

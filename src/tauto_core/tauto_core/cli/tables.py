@@ -105,16 +105,6 @@ def voyage_table(result: Facts) -> RenderableType:
     return Group(*parts)
 
 
-def sea_words(sea: Facts) -> str:
-    """Return a ship's sea (`ship.sea_metadata`) as a line of text."""
-    words = (
-        f'{sea.get("source", sea["spectrum"])}, Hs {sea["significant_wave_height_m"]:.3g} m, '
-        f'Tp {sea["peak_period_s"]:.3g} s, seed {sea["seed"]}'
-    )
-    heading, speed = math.degrees(sea['heading_rad']), sea['speed_m_s']
-    return f'{words}; waves {printed(heading, ".4g")}° off following, speed {speed:g} m/s'
-
-
 # -----------------------------------------------------------------------------
 # The stability of a replayed clock.
 
@@ -122,18 +112,12 @@ def sea_words(sea: Facts) -> str:
 def stability_table(stability: Facts) -> Table:
     """Return the deviations of the clock against the averaging time, with confidence bounds."""
     percent = f'{100.0 * stability["confidence"]:g} %'
-    table = WholeTable(
-        title=f'stability from {stability["samples"]:,} readings, as deviations of the relative '
+    title = (
+        f'stability from {stability["samples"]:,} readings, as deviations of the relative '
         f'frequency\n(1e-5 is 0.864 s/day), each followed by bounds of {percent} confidence,\n'
-        'in per cent below and above it',
-        title_justify='left',
-        box=box.SIMPLE,
-        pad_edge=False,
-        padding=(0, 1),
+        'in per cent below and above it'
     )
-    for name in ('τ, s', 'Allan', 'modified', 'Hadamard'):
-        table.add_column(name, justify='right', no_wrap=True)
-    table.add_column('noise', no_wrap=True)
+    table = _table(title, 'τ, s', 'Allan', 'modified', 'Hadamard', 'noise', pad=1)
     for row in stability['rows']:
         deviations = []
         for kind in ('allan', 'modified', 'hadamard'):
@@ -285,7 +269,14 @@ def _scene_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
     step, interval = facts['motion_step_s'], facts['log_interval_s']
     yield 'ship', f'{facts["ship"]}: {facts["motion_samples"]:,} samples, one every {step:g} s'
     if 'sea' in facts:
-        yield 'sea', sea_words(facts['sea'])
+        of = facts['sea']
+        heading = printed(math.degrees(of['heading_rad']), '.4g')
+        yield (
+            'sea',
+            f'{of.get("source", of["spectrum"])}, Hs {of["significant_wave_height_m"]:.3g} m, '
+            f'Tp {of["peak_period_s"]:.3g} s, seed {of["seed"]}; waves {heading}° off following, '
+            f'speed {of["speed_m_s"]:g} m/s',
+        )
     if 'weather' in facts:
         yield 'weather', weather_words(facts['weather'])
     sea = facts.get('sea') or facts.get('weather') or {}
