@@ -1,4 +1,4 @@
-"""What a small bag states of itself is bounded before it is believed: sizes, places, YAML."""
+"""Statements of a small bag are bounded before use: sizes, places, YAML."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def test_a_bomb_in_a_bag_is_left_out(tmp_path: Path, compression: str, declared:
     finally:
         tracemalloc.stop()
     assert any('is damaged' in each for each in found.damage)
-    assert most < LARGE / 8, 'the libraries, and a few copies of what is there'
+    assert most < LARGE / 8, 'the libraries, and a few copies of the content'
 
 
 def test_parts_that_shrink_much_and_stay_small_are_read() -> None:
@@ -115,7 +115,7 @@ FIRST = 46  # the place of the first chunk, which would be decompressed as often
 def test_an_index_that_points_out_of_its_file_is_not_believed(
     tmp_path: Path, field: int, value: int
 ) -> None:
-    """Nothing is read or allocated there; all of the file is read instead."""
+    """That place is neither read nor allocated: the reader walks the file instead."""
     file = small_bag(tmp_path / 'x.mcap')
     octets = bytearray(file.read_bytes())
     [messages] = [read_bag(file).payloads(topic)[1] for topic in read_bag(file).topics]

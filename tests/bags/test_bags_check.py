@@ -158,7 +158,7 @@ def holes_said(folder: Path, *, corrupt: bool = False) -> dict[str, tuple[int, i
 
 @pytest.mark.parametrize('number', [0, 1])
 def test_a_bag_with_a_hole_says_so_for_ever(tmp_path: Path, number: int) -> None:
-    """What was lost, of each topic: even where the chunk had the definitions of the topics."""
+    """Losses by topic, even if the chunk had the definitions of the topics."""
     made = recover_bag(holed(tmp_path / 'bag', number), tmp_path / 'once').path
     expected = lost_by_topic(made)
     assert len(expected) > 5

@@ -55,9 +55,9 @@ def test_joints_without_velocity_or_effort_equal_the_library(velocity: int, effo
 @pytest.mark.filterwarnings("ignore:module 'sre_.*is deprecated:DeprecationWarning")  # lark
 @EACH
 def test_equals_rclpy_but_for_its_padding(topic: str) -> None:
-    """rclpy leaves what memory held in padding and up to 8 bytes behind the message.
+    """rclpy leaves arbitrary padding and up to 8 bytes after a message.
 
-    So where the bytes differ, rclpy's own reader must not care about them.
+    Bytes that differ must not matter to rclpy's own reader.
     """
     serialization = pytest.importorskip('rclpy.serialization')
 

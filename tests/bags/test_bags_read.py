@@ -263,7 +263,7 @@ NONE = np.empty((1, 0))
 def test_topics_of_several_sources_are_refused_however_far_apart(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """They may lie in different parts, which are decoded one by one."""
+    """They may be in different parts, which are decoded one by one."""
     parts = Bag.parts
     monkeypatch.setattr(Bag, 'parts', lambda bag, topics: parts(bag, topics, 2))
     frames = [imu(2), replace(imu(1), frame_id='mast')]

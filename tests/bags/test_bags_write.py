@@ -1,4 +1,4 @@
-"""The writer: other programs read its folders; existing folders; failures during writing."""
+"""The writer: folders for other programs, existing folders, failures during writing."""
 
 import hashlib
 import os
@@ -35,7 +35,7 @@ def write(folder: Path, batches: s.Batches, **options: Any) -> Path:
 
 
 def interrupt(folder: Path, batches: s.Batches, error: type[BaseException]) -> Path:
-    """Leave a bag by an exception; return where its messages lie."""
+    """Leave a bag by an exception. Return the place of its messages."""
     with pytest.raises(error):
         enter_and_raise(writer := BagWriter(folder, force=True), batches, error)
     return writer.path
@@ -154,7 +154,7 @@ def test_the_metadata_says_what_is_in_the_file(tmp_path: Path) -> None:
 
 
 def test_what_is_written_is_in_the_file_chunk_by_chunk(tmp_path: Path) -> None:
-    """A kill loses at most the chunk that is not yet full: the file is read as it lies there."""
+    """A kill loses at most the chunk that is not yet full: the file is read as it is."""
     imu = example(s.ImuSamples, 1000)
     with BagWriter(tmp_path / 'voyage', chunk_bytes=64 * 1024) as writer:
         writer.write({s.SHIP_IMU: imu})
@@ -485,7 +485,7 @@ def test_log_times_merge_topics_by_stamp(tmp_path: Path) -> None:
 
 
 class Forgetful(BytesIO):
-    """A file that loses what was written to it."""
+    """A file that loses its content."""
 
     def read(self, *_: Any) -> bytes:
         return b''
@@ -503,7 +503,7 @@ def test_an_index_that_is_lost_ends_the_writing_with_an_error(
 
 
 def test_a_scene_is_in_the_file_at_once(tmp_path: Path) -> None:
-    """What a killed process or a full disk leaves can be replayed."""
+    """The bag of a killed process or a full disk can be replayed."""
     scene = all_batches(1)[s.SCENE]
     with BagWriter(tmp_path / 'voyage') as writer:
         writer.write({s.SHIP_IMU: example(s.ImuSamples, 1), s.SCENE: scene})

@@ -1,4 +1,4 @@
-"""A private ROS domain for each test process, and nodes that run beside the test."""
+"""A private ROS domain for each test process, and nodes that run during the test."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ from tauto_nodes.live.player import SourceNode
 from tauto_nodes.simulation import claim_domain
 
 with warnings.catch_warnings():
-    # rclpy imports it when the first node is made; its lark imports the deprecated sre_parse.
+    # rclpy imports it with the first node, and its lark the deprecated sre_parse.
     warnings.simplefilter('ignore', DeprecationWarning)
     import rosidl_generator_py  # noqa: F401
 
@@ -120,20 +120,20 @@ class Bench:
         self._nodes: list[Node] = []
 
     def add(self, *nodes: Any) -> Any:
-        """Run these nodes too; return the first."""
+        """Run these nodes, too. Return the first."""
         for node in nodes:
             self._nodes.append(node)
             self._executor.add_node(node)
         return nodes[0]
 
     def remove(self, node: Any) -> None:
-        """End a node as a power cut would: it says nothing more, and saves nothing."""
+        """End a node as a power cut would, without messages or a saved state."""
         self._nodes.remove(node)
         self._executor.remove_node(node)
         node.destroy_node()
 
     def until(self, condition: Callable[[], object]) -> None:
-        """Spin until the condition holds; fail after PATIENCE_S."""
+        """Spin until the condition holds. Fail after PATIENCE_S."""
         deadline_s = time.monotonic() + PATIENCE_S
         while not condition():
             for node in self._nodes:
@@ -159,7 +159,7 @@ class Bench:
 
 @pytest.fixture
 def ros() -> Iterator[Callable[[Sequence[str]], None]]:
-    """Yield what starts ROS with arguments; ROS is shut down after the test."""
+    """Yield the function that starts ROS with arguments. Shut ROS down after the test."""
 
     def start(arguments: Sequence[str] = ()) -> None:
         args = ['--ros-args', *arguments] if arguments else []
@@ -191,7 +191,7 @@ def overrides(**values: Any) -> dict[str, Any]:
 
 
 def imu(stamps_ns: NDArray[np.int64]) -> ImuSamples:
-    """Return motion samples whose angular velocity about x is their number."""
+    """Return motion samples with their number as angular velocity about x."""
     n = len(stamps_ns)
     return ImuSamples(
         stamps_ns,

@@ -26,7 +26,7 @@ DEPTH = 300
 
 
 class Sensor:
-    """An IMU on a ship that lies still; it sends at its rate, whoever listens."""
+    """An IMU on a ship at rest, which sends at its rate."""
 
     def __init__(self, node: Node) -> None:
         self._publisher = node.create_publisher(Imu, SHIP_IMU, port(SHIP_IMU).profile)
@@ -87,7 +87,7 @@ def test_kernels_are_compiled_before_a_sensor_is_listened_to(bench: Bench, tmp_p
         )
         assert kernels_in(cache) == compiled
         assert said[-1].level == DiagnosticStatus.OK, said[-1].message
-        # Readings a second apart, none missing: no sample in between was lost.
+        # Readings a second apart: no sample in between was lost.
         assert len(readings) >= SECONDS - 1
         stamps = [reading.header.stamp.sec for reading in readings]
         assert stamps == list(range(stamps[0], stamps[0] + len(stamps)))

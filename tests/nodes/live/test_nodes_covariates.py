@@ -1,4 +1,4 @@
-"""The drift estimator on real nodes where the scene's rate follows the ship's motion."""
+"""The drift estimator on real nodes if the scene's rate follows the ship's motion."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from tauto_nodes.live.stages import DriftEstimatorNode, StateFile
 def test_a_latitude_and_a_thermometer_that_never_come_are_said(
     bench: Bench, tmp_path: Path
 ) -> None:
-    """The estimate does not wait; the coefficients stay at their priors."""
+    """The estimate does not wait, and the coefficients keep their priors."""
     file = tmp_path / 'scene.yaml'
     file.write_text(WARM, encoding='utf-8')
     estimator = bench.add(DriftEstimatorNode(**overrides(source='foreign', scene=str(file))))
@@ -71,8 +71,8 @@ def _spoken(scene: Scene) -> dict[str, Samples]:
 def test_an_estimator_started_again_goes_on_with_coefficients_and_integrals(
     bench: Bench, tmp_path: Path
 ) -> None:
-    """Its estimate is bit for bit that of one that never ended, although one of two observations
-    comes after the end.
+    """Its estimate has the bits of an uninterrupted one, although one of two observations comes
+    after the end.
     """
     scene = load_scene('involute_weight_at_sea', duration=60.0, drift=DRIFT)
     file = tmp_path / 'scene.yaml'

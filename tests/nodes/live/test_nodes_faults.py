@@ -56,11 +56,11 @@ FOREIGN: dict[str, Any] = {'source': 'foreign', 'scene': 'measured'}
 COVARIATES = {'covariates': ['roll'], 'coefficients': {'roll': {'value': 0.01, 'sigma': 0.02}}}
 START_NS = 1_700_000_000 * 10**9
 GARBAGE = int(os.environ.get('TAUTO_GARBAGE', '500'))
-"""Messages on each subscription; `make stress` sends ten thousand."""
+"""Messages on each subscription. `make stress` sends ten thousand."""
 
 
 def still_sensor(seconds: float, first_s: float = 0.0) -> ImuSamples:
-    """What a sensor at 20 Hz on a ship that lies still says."""
+    """The samples of a sensor at 20 Hz on a ship at rest."""
     n = round(20 * seconds)
     stamps = START_NS + round(first_s * 1e9) + 50_000_000 * np.arange(n)
     none = np.zeros(n)
@@ -100,7 +100,7 @@ sent = [0]
 
 
 def with_sensor(bench: Bench, *nodes: Any) -> tuple[Any, Heard]:
-    """Run nodes beside a sensor; return its publisher, which the first has found, and its ears."""
+    """Run nodes and a sensor. Return its publisher, once matched, and its ears."""
     sensor = bench.add(Node('xsens'), *nodes)
     heard, known = Heard(sensor), port(SHIP_IMU)
     publisher = sensor.create_publisher(known.message, SHIP_IMU, known.profile)
@@ -125,10 +125,10 @@ def garbage(topic: str, rng: random.Random) -> bytes:
 def _valid() -> dict[str, bytes]:
     from tauto_core.voyage import sail
 
-    # no thread of this scene goes slack, so that one is said to
+    # no thread of this scene goes slack, so a message stands for one
     tautened = scalars(np.array([0], np.int64), SLACK_NAMES, np.array([[1.0, 0.1, 1e-3]]))
     found = {SLACK: encode(SLACK, tautened)[0]}
-    # with air, so that the thermometer speaks too
+    # with air, so the thermometer publishes, too
     air = {'kind': 'constant', 'celsius': 20.0}
     scene = load_scene('measured', duration=61.0, air=air)
 
@@ -313,7 +313,7 @@ def test_a_lost_sensor_stops_the_dial_and_the_whole_graph_knows(
     bench.until(lambda: heard.says('trochlea', DiagnosticStatus.ERROR, 'the dial stood still'))
     bench.until(lambda: drift.health()['dial_stops'] == 1)
     assert any('the dial stood still for' in line for line in heard.log)
-    # The sensor's time steps back by 13 s: nothing is set anew.
+    # The sensor's time steps back by 13 s: the dial is not set again.
     send(publisher, still_sensor(10.0), bench, trochlea)
     bench.until(lambda: drift.health()['dial_stops'] == 2)
     bench.until(lambda: heard.says('trochlea', DiagnosticStatus.ERROR, 'goes on from where it'))
@@ -331,7 +331,7 @@ def test_a_lost_sensor_stops_the_dial_and_the_whole_graph_knows(
 def test_stamps_that_stand_are_an_error_that_names_them(
     moving_s: float, stands_s: float, bench: Bench
 ) -> None:
-    """Of a driver that never sets them, or that hangs; the node's memory does not grow."""
+    """Of a driver that never sets them, or hangs. The node's memory does not grow."""
     trochlea = TrochleaNode(**overrides(**FOREIGN))
     publisher, heard = with_sensor(bench, trochlea)
     send(publisher, still_sensor(moving_s), bench, trochlea)
@@ -403,9 +403,9 @@ def test_who_asks_for_it_has_the_dial_set_anew(bench: Bench) -> None:
 
 
 def test_a_place_without_a_good_fix_is_unknown_and_said(bench: Bench, tmp_path: Path) -> None:
-    """A dial that is right is read each second; each part of the passage has its own fixes.
+    """A right dial is read each second, and each part of the passage has its own fixes.
 
-    A second estimator, whose rate follows gravity, hears the same receiver.
+    A second estimator, with gravity as a covariate, hears the same receiver.
     """
     file = tmp_path / 'scene.yaml'
     file.write_text(WARM.replace('temperature_squared, gravity, temperature', 'gravity'), 'utf-8')
@@ -499,7 +499,7 @@ def test_a_failed_node_says_so_and_keeps_answering(bench: Bench) -> None:
         return trochlea.failure is not None
 
     bench.until(failed)
-    # As in somebody else's executor, which knows nothing of failures.
+    # As in a foreign executor, which does not know of failures.
     bench._executor.remove_node(trochlea)
     alone._executor.add_node(trochlea)
 

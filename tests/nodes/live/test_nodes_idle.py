@@ -1,4 +1,4 @@
-"""How often a live node that waits wakes up, counted by its callbacks; what it has loaded."""
+"""How often a live node that waits wakes up, counted by its callbacks, and its loaded modules."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""The launch files under a real `ros2 launch`: refusals, shutdown, and what remains afterwards.
+"""The launch files under a real `ros2 launch`: refusals, shutdown, and no remains.
 
-They run where launch, launch_ros, ros2launch and an installed tauto_nodes are found: on a ROS
+They need launch, launch_ros, ros2launch and an installed tauto_nodes: a ROS
 machine, after `colcon build` and sourcing. None of the three is on PyPI. On a machine without ROS
 build the jazzy branches of launch, launch_ros, ros2cli and rosidl_runtime_py elsewhere. With
 $TAUTO = the repository and $TAUTO/.venv/bin on the PATH, in an empty folder:
@@ -17,7 +17,7 @@ $TAUTO = the repository and $TAUTO/.venv/bin on the PATH, in an empty folder:
     cd $TAUTO
     python -m pytest -p no:launch_testing -p no:launch_ros tests/nodes/live/test_nodes_launch.py
 
-`stand_in` holds a package `composition_interfaces` with a module `srv`, whose classes `LoadNode`,
+`stand_in` holds a package `composition_interfaces` with a module `srv`: its classes `LoadNode`,
 `ListNodes` and `UnloadNode` have empty classes `Request` and `Response`: launch_ros imports them,
 and our launch files do not use them. The two pytest plugins need an older pytest. Build again
 after each change, since the tests run the installed nodes.
@@ -61,7 +61,7 @@ PATIENCE_S = 300.0
 """Only what hangs takes so long, however busy the machine."""
 
 # A shell that starts jobs in the background lets them ignore SIGINT. The Python of `ros2` need not
-# see what Tauto needs; what it starts does.
+# see Tauto's packages, but its nodes do.
 ROS2 = """
 import signal
 import sys
@@ -75,7 +75,7 @@ MARK = 'TAUTO_LAUNCH_TEST'
 
 
 class Launch:
-    """A running `ros2 launch tauto_nodes ...`, whose processes are told by their environment."""
+    """A running `ros2 launch tauto_nodes ...`, with processes known by their environment."""
 
     def __init__(self, log: Path, file: str, *arguments: str) -> None:
         self.log, self.mark = log, f'{MARK}={log}'
@@ -119,13 +119,13 @@ class Launch:
         """Return the exit code of the launch once it has ended and left nothing behind."""
         code = self.process.wait(PATIENCE_S)
         until(lambda: not self.nodes())
-        if code >= 0:  # what a killed one leaves goes with the next start
+        if code >= 0:  # the next start removes the folder of a killed one
             assert not list(self.temporary.iterdir())
         return code
 
 
 def until(condition: Callable[[], object]) -> None:
-    """Poll until the condition holds; fail after the limit."""
+    """Poll until the condition holds. Fail after the limit."""
     deadline_s = time.monotonic() + PATIENCE_S
     while not condition():
         assert time.monotonic() < deadline_s, 'the condition did not come true in time'
@@ -134,7 +134,7 @@ def until(condition: Callable[[], object]) -> None:
 
 @contextmanager
 def launched(folder: Path, file: str, *arguments: str) -> Iterator[Launch]:
-    """Yield a launch; whatever of it is left is killed afterwards."""
+    """Yield a launch, and kill its remains afterwards."""
     launch = Launch(folder / 'launch.log', file, *arguments)
     try:
         yield launch
@@ -278,7 +278,7 @@ def test_a_live_clock_follows_a_played_bag_and_ends_with_its_first_node(
         assert launch.code() == 1
         assert 'node trochlea ended with exit code 0 before its time' in launch.said()
     counts = read_bag(tmp_path / 'live').counts
-    # The player starts when one of the two has found it; the other may come seconds later.
+    # The player starts with the first of the two. The other may come seconds later.
     assert counts['/xsens/imu' if '/xsens/imu' in counts else '/ship/imu'] > 600
 
 

@@ -43,7 +43,7 @@ FOREIGN: dict[str, Any] = {'source': 'foreign', 'scene': 'measured'}
 
 
 def foreign_imu(number: int) -> Imu:
-    """Return a message of a sensor at 20 Hz that started long ago and lies still."""
+    """Return a message of a sensor at 20 Hz that started long ago, at rest."""
     message = Imu()
     message.header.frame_id = MOUNT_FRAME
     message.header.stamp.sec, rest = divmod(number, 20)
@@ -63,7 +63,7 @@ def test_a_best_effort_sensor_drives_the_suite(bench: Bench, tmp_path: Path) -> 
     publisher = sensor.create_publisher(Imu, SHIP_IMU, qos_profile_sensor_data)
     client = sensor.create_client(Trigger, 'trochlea/finish')
     bench.until(lambda: publisher.get_subscription_count() == 2 and client.service_is_ready())
-    for number in range(201):  # ten seconds of sea; best effort: no faster than it is taken
+    for number in range(201):  # ten seconds of sea, no faster than it is taken (best effort)
         publisher.publish(foreign_imu(number))
         bench.until(lambda n=number: trochlea.inputs[SHIP_IMU].received > n)
     asked = client.call_async(Trigger.Request())
@@ -106,7 +106,7 @@ def test_a_sensor_turned_by_imu_rotation_reads_as_one_along_the_clock(bench: Ben
 
 
 def test_a_fast_rough_sensor_gives_the_readings_of_its_samples(bench: Bench) -> None:
-    """200 Hz, noise, 1 % of the samples missing: the graph adds nothing and loses nothing."""
+    """200 Hz, noise, 1 % of the samples missing: the graph neither adds nor loses a sample."""
     rng = np.random.default_rng(200)
     t = np.arange(4_000) / 200.0
     t = t[rng.random(len(t)) > 0.01]
@@ -249,7 +249,7 @@ def test_bad_messages_are_counted_and_silence_is_an_error(bench: Bench) -> None:
         DiagnosticArray, '/diagnostics', lambda a: statuses.extend(a.status), QoSProfile(depth=10)
     )
     publisher = sensor.create_publisher(Imu, SHIP_IMU, QoSProfile(depth=1000))
-    # A sensor that is there and says nothing is silent too.
+    # a sensor without messages is silent, too
     bench.until(lambda: statuses and statuses[-1].level == DiagnosticStatus.ERROR)
     bad = foreign_imu(1)
     bad.orientation.w = 0.0
@@ -410,7 +410,7 @@ def test_a_live_bag_tells_when_what_came_and_needs_no_scene_beside_it(
     assert {'/ship/imu', '/depth', '/clock/reading', '/diagnostics'} <= seen.keys()
     for topic in ('/ship/imu', '/depth', '/clock/reading'):
         for received_ns, sent_ns in seen[topic]:
-            assert began_ns <= sent_ns <= received_ns < time.time_ns()  # stamps lie in 2023
+            assert began_ns <= sent_ns <= received_ns < time.time_ns()  # stamps are of 2023
     assert check_bag(tmp_path / 'bag').whole
     replayed = replay(read_bag(tmp_path / 'bag'), keep=False).result
     stamps = read_bag(tmp_path / 'bag').samples(READING).stamp_ns
@@ -531,7 +531,7 @@ def test_the_scene_is_the_first_message_of_the_bag(ros: Any, tmp_path: Path) -> 
     said = ShipSource(scene).produce(10)
     recorder.take({SHIP_IMU: encode(SHIP_IMU, said[SHIP_IMU])})
     recorder.take({SCENE: encode(SCENE, said[SCENE])})
-    # on the disk at once: a disk that fills up later takes nothing from it
+    # on the disk at once: it survives a disk that fills up later
     file = next((tmp_path / 'bag').glob('*.mcap'))
     with file.open('rb') as stream:
         messages = NonSeekingReader(stream).iter_messages(log_time_order=False)

@@ -53,7 +53,7 @@ def turned(rotation: tuple[float, ...], vector: tuple[float, ...]) -> np.ndarray
 
 
 def test_a_roll_to_starboard_lowers_the_starboard_side() -> None:
-    # REP-103: x forward, y to port; a positive turn about x lifts y, the port side.
+    # REP-103: x forward, y to port. A positive turn about x lifts y, the port side.
     np.testing.assert_allclose(turned(about_x(math.pi / 2), (0, 1, 0)), (0, 0, 1), atol=1e-15)
 
 
@@ -204,7 +204,7 @@ def test_the_plotjuggler_layout_shows_series_of_recorded_messages(
 def test_transforms_need_tf2_msgs_and_their_absence_is_said(
     bench: Bench, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """The wheels on PyPI have no tf2_msgs; a ROS machine has."""
+    """The wheels on PyPI lack tf2_msgs, a ROS machine has it."""
     node = bench.add(MarkersNode(**overrides(scene='involute_weight_at_sea')))
     words = 'tf2_msgs is not installed here: markers only, no transforms'
     absent = importlib.util.find_spec('tf2_msgs') is None

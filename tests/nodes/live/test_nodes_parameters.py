@@ -222,7 +222,7 @@ LAUNCH = sorted((PACKAGE / 'launch').glob('*.py'))
 
 @pytest.mark.parametrize('file', LAUNCH, ids=lambda f: f.stem)
 def test_launch_files_need_nothing_of_ours(file: Path) -> None:
-    """`ros2` runs them in the system's Python, which need not see what the nodes need."""
+    """`ros2` runs them in the system's Python, which may lack the nodes' packages."""
     tree = ast.parse(file.read_text(), file.name)
     imported = set()
     for node in ast.walk(tree):

@@ -151,7 +151,7 @@ def test_a_killed_clock_goes_on_where_it_was_and_says_what_it_lost(
     assert setting.set_ns == readings[0].stamp_ns[0] == START_NS
     assert setting.stops == 1
     assert setting.lost_ns == 20 * 10**9 + START_NS - shown.stamp_ns[0]
-    # what the dial shows is behind by what it says that it lost, to the rate of the machine
+    # the dial is behind by its stated loss, but for the machine's rate
     behind_s = (again.stamp_ns[0] - again.time_ref_ns[0] - setting.lost_ns) * 1e-9
     assert abs(behind_s) < 0.2
     second.send_signal(signal.SIGTERM)
@@ -170,7 +170,7 @@ def test_finish_ends_the_run_and_its_state(bench: Bench, tmp_path: Path) -> None
 
 
 def test_a_sight_is_in_the_state_as_soon_as_it_has_come(bench: Bench, tmp_path: Path) -> None:
-    """A kill a moment later must not take it away; the next writing is an hour off."""
+    """A kill a moment later must not lose it, an hour before the next writing."""
     options = {'state_folder': str(tmp_path), 'state_interval': 3600.0}
     drift = DriftEstimatorNode(**overrides(**FOREIGN, **options))
     navigator = bench.add(Node('navigator'), drift)

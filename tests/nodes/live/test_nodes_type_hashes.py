@@ -1,4 +1,4 @@
-"""The types that a bag declares are those of the ROS that is installed here."""
+"""The types that a bag declares are the types of the installed ROS."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def test_a_bag_declares_the_type_hashes_that_publishers_offer(
         channel.topic: channel.metadata['topic_type_hash']
         for channel in open_mcap(tmp_path / 'bag/bag_0.mcap').channels.values()
     }
-    # no thread of this scene goes slack, and a bag declares what it holds
+    # no thread of this scene goes slack, and a bag declares only recorded topics
     assert set(declared) == {f'/{topic}' for topic in TOPICS if topic != SLACK}
     sender, onlooker = bench.add(Node('sender')), bench.add(Node('onlooker'))
     for topic in TOPICS:
@@ -42,7 +42,7 @@ def test_a_bag_declares_the_type_hashes_that_publishers_offer(
 def fields_of(text: str, package: str) -> set[str]:
     """Return the fields of a definition, with their defaults, and its constants.
 
-    A type of the same package may have its name or none in front.
+    A type of the same package may have its name in front.
     """
     said = (line.partition('#')[0].split() for line in text.splitlines())
     lines = (' '.join(words).replace(' = ', '=') for words in said if words)

@@ -16,7 +16,7 @@ from tauto_nodes import ParameterError, simulation
 from tauto_nodes.live import check_discovery
 
 ALONE = ['unshare', '--map-root-user', '--net']
-"""Runs a command in a network of its own, whose loopback interface is down."""
+"""Runs a command in a network of its own with the loopback interface down."""
 
 GRAPH = [sys.executable, '-m', 'tauto_core', 'graph', 'measured', '--speed', 'max']
 

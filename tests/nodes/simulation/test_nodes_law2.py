@@ -48,12 +48,12 @@ ship:
 
 @pytest.fixture(autouse=True)
 def own_domain(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each graph takes a free domain, as those of users do."""
+    """Each graph takes a free domain, as for a user."""
     monkeypatch.delenv('ROS_DOMAIN_ID', raising=False)
 
 
 def assert_equal_bags(one: Path, other: Path) -> None:
-    """Same topics, payload for payload, with the same log times; the same said of the sea."""
+    """Same topics, payload for payload, with the same log times and the same sea."""
     told = [
         yaml.safe_load((bag / 'metadata.yaml').read_text())['rosbag2_bagfile_information']
         for bag in (one, other)
@@ -113,7 +113,7 @@ SCENES: dict[str, tuple[str, float, dict[str, object], str]] = {
     'a young sea, each side counts the slacks': (CORK_ON_A_PASSAGE, 600.0, {}, SLACK),
     'motion is a covariate': (scene_yaml(FELT), 60.0, {}, ESTIMATE),
     'latitude and thermometer are covariates': (WARM, 1800.0, {}, ESTIMATE),
-    # out of Tenerife, past the turn of five minutes to her first course at sea
+    # out of Tenerife, past the turn of five minutes to the first course at sea
     'a real passage': ('esperance_to_the_cape', 360.0, AT_SEA, SHIP_TEMPERATURE),
 }
 
@@ -169,9 +169,9 @@ def middleware_threads() -> set[str]:
 def test_who_runs_a_graph_is_no_part_of_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """What can hang a node in the middleware cannot hang the supervisor.
+    """The supervisor does not import the middleware, which can hang a node.
 
-    Nor do the nodes import what lies in the working folder.
+    Nor do the nodes import files of the working folder.
     """
     monkeypatch.chdir(tmp_path)
     for module in ('json', 'yaml', 'tauto_nodes', 'sitecustomize'):

@@ -36,7 +36,7 @@ OWN = ['unshare', '--map-root-user', '--mount']
 
 
 def until(condition: Callable[[], object], limit_s: float = PATIENCE_S) -> None:
-    """Poll until the condition holds; fail after the limit."""
+    """Poll until the condition holds. Fail after the limit."""
     deadline_s = time.monotonic() + limit_s
     while not condition():
         assert time.monotonic() < deadline_s, 'the condition did not come true in time'
@@ -51,7 +51,7 @@ def tauto(*arguments: str) -> list[str]:
 def graph_into(
     out: Path, *options: str, env: dict[str, str] | None = None
 ) -> subprocess.Popen[str]:
-    """Start a graph that sails `measured` into a bag, with pipes for what it prints."""
+    """Start a graph that sails `measured` into a bag, with pipes for its output."""
     words = tauto('graph', 'measured', '--out', str(out), *options)
     pipes = {'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE}
     return subprocess.Popen(words, **pipes, text=True, env=env)
@@ -63,7 +63,7 @@ def is_recording(out: Path) -> bool:
 
 
 def nodes_under(pid: int) -> list[int]:
-    """Return the processes whose parent is `pid`."""
+    """Return the child processes of `pid`."""
     children = []
     for status in Path('/proc').glob('[0-9]*/stat'):
         try:
@@ -84,7 +84,7 @@ def alive(pid: int) -> bool:
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_ends_every_node_with_0(number: signal.Signals, tmp_path: Path) -> None:
-    # The ship comes last: a clock that hears her second sample first ends with an error. A signal
+    # The ship comes last: a clock that hears its second sample first ends with an error. A signal
     # noted before a node spins ends it just as well.
     output = tmp_path / 'bag'
     processes: dict[str, subprocess.Popen[str]] = {}
@@ -107,7 +107,7 @@ def test_a_signal_ends_every_node_with_0(number: signal.Signals, tmp_path: Path)
 
 
 def _handles_sigterm(pid: int) -> bool:
-    """Whether the process has a handler of its own for SIGTERM, which Python sets none for."""
+    """Whether the process has a handler for SIGTERM, which Python does not set."""
     lines = Path(f'/proc/{pid}/status').read_text().splitlines()
     caught = next(int(line.split()[1], 16) for line in lines if line.startswith('SigCgt'))
     return bool(caught >> (signal.SIGTERM - 1) & 1)
@@ -258,8 +258,8 @@ def test_who_is_frozen_loses_nothing_and_a_subscriber_that_is_holds_nobody_up(
 ) -> None:
     """DDS forgets a participant that is silent for 20 s, unless our profile says otherwise.
 
-    Two nodes stand still for longer. Before they go on a subscriber beside the graph stops, and
-    stands still to the end.
+    Two nodes stand still for longer. Before they go on a foreign subscriber stops, and stands
+    still to the end.
     """
     watch = (
         'import rclpy, sys; from rclpy.node import Node; from sensor_msgs.msg import Imu; '
@@ -314,7 +314,7 @@ def test_a_file_that_may_not_grow_is_told_and_what_was_written_can_be_read(tmp_p
     reason='this user may mount nothing',
 )
 def test_a_full_disk_is_told_and_the_bag_has_its_end(tmp_path: Path) -> None:
-    """The disk is a real one of 700 kB; all of it is copied before it goes with its namespace."""
+    """The disk is a real one of 700 kB, copied before it goes with its namespace."""
     disk, kept = tmp_path / 'disk', tmp_path / 'kept'
     disk.mkdir()
     script = (
@@ -405,7 +405,7 @@ def test_a_node_that_hangs_says_where_before_it_is_killed(
 
 
 def test_a_node_without_standard_streams_runs(tmp_path: Path) -> None:
-    """What it logs must not go to a file that got the number of a closed stream."""
+    """Its log must not go to a file with the number of a closed stream."""
     out = tmp_path / 'bag'
     words = [sys.executable, '-m', 'tauto_nodes', 'recorder', '--ros-args', '-p', f'output:={out}']
     process = subprocess.Popen(['sh', '-c', 'exec "$@" <&- >&- 2>&-', 'sh', *words])
@@ -497,7 +497,7 @@ def test_a_graph_for_which_ros_does_not_start_says_why(tmp_path: Path) -> None:
 
 
 def test_what_the_middleware_complains_of_is_told_beside_the_result(tmp_path: Path) -> None:
-    """Fast DDS writes its log to stdout; here it complains of its profile, in each node."""
+    """Fast DDS writes its log to stdout: here, in each node, an error of its profile."""
     profile = tmp_path / 'profile.xml'
     profile.write_text(
         '<dds xmlns="http://www.eprosima.com"><profiles>'

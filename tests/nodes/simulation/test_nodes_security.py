@@ -1,4 +1,4 @@
-"""The policy for SROS 2 allows what the nodes do, and nothing that they never do."""
+"""The policy for SROS 2 allows all that the nodes do, and no more."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ OPTIONAL: Ports = defaultdict(
     {
         # with publish_clock
         ('ship_motion', 'publish'): {'/clock'},
-        # with air, where the clock feels heat; with tf2_ros, how a sensor is mounted
+        # with air, and with tf2_ros for the mounting of a sensor
         ('trochlea', 'subscribe'): {
             f'/{SHIP_TEMPERATURE}',
             f'/{PACK_TOPIC}{SHIP_TEMPERATURE}',
             '/tf_static',
         },
-        # with a live sensor, where somebody publishes them
+        # with a live sensor, if published
         ('recorder', 'subscribe'): {'/diagnostics', '/tf_static'},
         # with drift.covariates, and tf2_ros
         ('drift_estimator', 'subscribe'): {'/tf_static'}
@@ -50,18 +50,18 @@ OPTIONAL: Ports = defaultdict(
             for topic in (SHIP_IMU, SHIP_TEMPERATURE)
             for prefix in ('', PACK_TOPIC)
         },
-        # where tf2_msgs is installed
+        # if tf2_msgs is installed
         ('markers', 'publish'): {'/tf', '/tf_static'},
         ('markers', 'subscribe'): {'/tf', '/tf_static'},
         # what the bag has
         ('player', 'publish'): {'/clock', *(f'/{topic}' for topic in TOPICS)},
     },
 )
-"""What a node does only in some configurations; on /clock any of them listens to sim time."""
+"""Topics of a node in some configurations only. On /clock all of them listen to sim time."""
 
 
 def allowed() -> Ports:
-    """Return what the policy allows, by node and way, as full names in the root namespace."""
+    """Return the permissions of the policy by node and way, as full names in the root."""
     found: Ports = defaultdict(set)
     for enclave in ElementTree.parse(POLICY).getroot().iter('enclave'):
         for profile in enclave.iter('profile'):
@@ -78,7 +78,7 @@ def allowed() -> Ports:
 
 
 def add_ports(found: Ports, name: str, onlooker: Node) -> None:
-    """Add what a node of the graph does, as other nodes see it."""
+    """Add the topics of a node of the graph, as other nodes see them."""
     asked = {
         'publish': onlooker.get_publisher_names_and_types_by_node,
         'subscribe': onlooker.get_subscriber_names_and_types_by_node,
@@ -91,7 +91,7 @@ def add_ports(found: Ports, name: str, onlooker: Node) -> None:
 
 @pytest.fixture
 def seen(bench: Bench, tmp_path: Path) -> Ports:
-    """Return what all nodes do, those of a packed graph and those without flow control."""
+    """Return the topics of all nodes, with packs and without flow control."""
     sail(load_scene('measured', duration=1.0), tmp_path / 'sailed')
     found: Ports = defaultdict(set)
     onlooker = bench.add(Node('onlooker'))

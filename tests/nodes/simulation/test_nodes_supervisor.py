@@ -1,4 +1,4 @@
-"""What the nodes of a graph wrote is read by who runs it."""
+"""The supervisor reads the output of the nodes."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_warnings_and_errors_are_told_once_without_time_and_colour(tmp_path: Pat
     assert '\x1b' not in children[0].said()
 
 
-# What a node does after SIGTERM, for twice as long as it may stand still, and at its end.
+# Actions of a node after SIGTERM, for twice the allowed standstill, and at its end.
 ENDINGS = {
     'writes': ('time.sleep(0.05); note("x")', False),
     'waits for its turn': ('run(0.02); time.sleep(0.1)', False),

@@ -19,7 +19,7 @@ HIDDEN, SHOWN = b'\x1b[?25l', b'\x1b[?25h'
 
 
 class Terminal:
-    """A command on a pseudo-terminal, and what it has written."""
+    """A command on a pseudo-terminal, and its output."""
 
     def __init__(self, command: list[str], **environment: str) -> None:
         self._ours, theirs = pty.openpty()
@@ -40,7 +40,7 @@ class Terminal:
         self.written = b''
 
     def read(self) -> bool:
-        """Read what has come; False when the command has closed the terminal."""
+        """Read the output. False: the command has closed the terminal."""
         try:
             if select.select([self._ours], [], [], 0.2)[0]:
                 self.written += os.read(self._ours, 65536)
@@ -60,7 +60,7 @@ class Terminal:
 
 @pytest.mark.parametrize('kind', ['xterm-256color', 'dumb'])
 def test_ctrl_c_gives_the_terminal_back(kind: str, tmp_path: Path) -> None:
-    """A bar is shown while the graph sails, where the cursor can be moved."""
+    """A bar is shown while the graph sails, if the cursor can be moved."""
     command = [sys.executable, '-m', 'tauto_core', 'graph', 'measured', '--speed', '10']
     out = tmp_path / 'bag'
     terminal = Terminal([*command, '--out', str(out)], TERM=kind)

@@ -1,4 +1,4 @@
-"""Messages between nodes: nothing is lost, senders wait for receivers, ends are announced."""
+"""Messages between nodes: no loss, senders wait for receivers, ends are announced."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def test_strangers_that_cannot_match_do_not_hold_the_graph_up(
 
 
 class Sleeper(GraphNode):
-    """A consumer that counts what it gets, and takes nothing while it is told to sleep."""
+    """A consumer that counts its messages, and takes no more while it sleeps."""
 
     def __init__(self, **parameters: Any) -> None:
         super().__init__('recorder', **overrides(output='none', **FLOW, **parameters))
@@ -161,7 +161,7 @@ def test_a_backlogged_stage_withholds_its_credits(bench: Bench) -> None:
     sink = bench.add(Choosy(), stage, source)
     bench.until(lambda: stage.backlogged)
     bench.beats(stage, 50)
-    # In flight: the sink's window, what the stage holds, the stage's own window.
+    # In flight: the sink's window, the stage's content, the stage's own window.
     assert source.outputs[SHIP_IMU].sent <= 3 * WINDOW
     assert stage.outputs[READING].sent == WINDOW
     sink.asleep = False
@@ -204,8 +204,8 @@ def test_at_a_pace_a_queue_of_ten_is_never_full(
 ) -> None:
     """Sixty times a sensor at 20 Hz are 12 messages a tick, which come in slices.
 
-    Its wall clock moves by a tick each time that it is read, and stands while credits lack: a
-    source on a busy machine is late, and then spreads nothing.
+    Its wall clock moves by a tick at each reading, and stands without credits: a late source on a
+    busy machine sends at once.
     """
     now_s = 100.0
     pauses: list[float] = []
@@ -257,7 +257,7 @@ def test_flat_out_it_is_said_who_may_have_lost_messages(
 
 
 def test_a_second_publisher_on_a_topic_of_the_graph_ends_it(bench: Bench, tmp_path: Path) -> None:
-    # Its messages would go into the bag and into the count of what has come.
+    # Its messages would go into the bag and into the counts.
     source = TestSource(10**5, speed=1.0, **FLOW)
     stage = StageNode('trochlea', lambda _: Echo(), **overrides(**FLOW))
     sink = bench.add(recorder(tmp_path / 'bag'), stage, source)
@@ -299,7 +299,7 @@ HOSTILE: list[bytes] = [
     b'{"node":"recorder","taken":{"ship/imu":' + b'9' * 5_000 + b'},"matched":[],"number":1}',
     *(b'[' * 60_000, b'\xff\xfe\xfd', b'x' * 2**20),
 ]
-"""What a stranger may say: no JSON, no report, no counts, too deep, no text, too large."""
+"""Foreign messages: invalid JSON, reports, counts or text, too deep, too large."""
 
 
 def closed(key: bytes, topic: str, said: bytes) -> bytes:
@@ -334,7 +334,7 @@ def test_any_octets_are_refused(octets: bytes, key: bytes) -> None:
 def test_nothing_that_a_stranger_says_ends_a_graph_or_its_voyage(
     bench: Bench, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """He knows all topics and forms, and repeats what he hears; he lacks the key."""
+    """It knows all topics and forms, and repeats messages, but lacks the key."""
     monkeypatch.setenv(RUN, KEY.decode())
     flow = {**FLOW, 'packed': True}
     stage = StageNode('trochlea', lambda _: Echo(), **overrides(**flow))
@@ -414,7 +414,7 @@ def test_the_end_marker_counts_and_a_loss_is_told(bench: Bench, tmp_path: Path) 
 
 @pytest.mark.usefixtures('patience')
 def test_a_stage_that_loses_messages_ends_with_their_number(bench: Bench) -> None:
-    # What it would publish without them is not what the scene says, and nobody else would notice.
+    # Its results without them would be wrong, and no other node would notice.
     graph = ('ship_motion', 'trochlea')
     flow = overrides(flow_control='credits', graph=graph)
     stage = StageNode('trochlea', lambda _: Echo(), **flow)
@@ -429,7 +429,7 @@ def test_a_stage_that_loses_messages_ends_with_their_number(bench: Bench) -> Non
 
 
 def test_a_sample_of_its_own_ship_that_cannot_be_integrated_ends_the_graph(bench: Bench) -> None:
-    # From a sensor it is counted and left out; from the scene's own ship it is a fault.
+    # from a sensor it is counted and omitted, from the scene's own ship it is a fault
     graph = ('ship_motion', 'trochlea')
     flow = overrides(flow_control='credits', graph=graph, scene='measured')
     source = bench.add(GraphNode('ship_motion', **flow), TrochleaNode(**flow))

@@ -1,4 +1,4 @@
-"""Who runs a graph sees a standstill in what the recorder says, and names who stands still."""
+"""The supervisor sees a standstill in the recorder's reports, and names the nodes."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def test_a_graph_that_moves_is_left_alone(tmp_path: Path) -> None:
             {'silent': ('trochlea', 'longitude')},
             'node longitude, trochlea has not been heard for 120',
         ),
-        # the recorder hears for all, so that nobody is heard while it stands still
+        # the recorder hears for all: while it stands still no node is heard
         ({'silent': NODE_NAMES}, 'node recorder has not been heard for 120 s'),
         ({'moved_s': LONG_AGO_S}, 'for 600 s (nodes never heard: none)'),
         (
