@@ -38,9 +38,7 @@ SECTIONS: dict[str, tuple[Callable[[], list[Row]], ...]] = {
         partial(stress_motion.isochronous, 1e5, 8),
     ),
     'land': (
-        stress_motion.reversal,
         stress_motion.tolerances,
-        stress_motion.order,
         stress_motion.amplitudes,
         stress_motion.mass_ratios,
         stress_motion.springs_and_holes,

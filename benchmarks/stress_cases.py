@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +18,11 @@ from tauto_core.motion import Forcing
 from tauto_core.motion.collocation import Collocation
 from tauto_core.motion.gauss_step import PLANE
 from tauto_core.motion.stepping import TOLERANCE
-from tauto_core.samples import SHIP_IMU, Batches, FloatArray
-from tauto_core.scene import Scene, parse_scene
+from tauto_core.samples import PHASE, SHIP_IMU, Batches, FloatArray, join
+from tauto_core.scene import Scene, parse_scene, scene_yaml
 from tauto_core.ship import ShipMotion
 
-# The independent programs of the tests: reference_propagator, thread_references.
+# The independent programs of the tests: reference_propagator, motion_cases.
 sys.path.append(str(Path(__file__).resolve().parents[1] / 'tests' / 'core' / 'motion'))
 
 INERTIA, LEVER_RATE, FORCE = 4.0e-4, 0.01, 2.0
@@ -136,10 +137,33 @@ def sail(scene: Scene, *, chunk: int | None = None, finer: float | None = None) 
 
 def joined(batches: list[Batches]) -> Batches:
     """Return batches, one after the other, as one."""
-    from tauto_core.samples import join
-
     names = {name for batch in batches for name in batch}
     return {name: join([batch[name] for batch in batches if name in batch]) for name in names}
+
+
+def without_settings(scene: Scene, **solver: float) -> str:
+    """Return a scene in YAML without its rate of samples, with the settings given."""
+    content = yaml.safe_load(scene_yaml(scene))
+    content['ship'].pop('rate', None)
+    content['solver'] = solver or None
+    return yaml.safe_dump(content)
+
+
+@lru_cache(maxsize=200)
+def _exact_phase(scene: str) -> FloatArray:
+    from reference_propagator import exact_phase
+
+    return exact_phase(parse_scene(scene, 'stress'))
+
+
+def phase_error(scene: Scene) -> FloatArray:
+    """Return the error of the phase at logged instants after the first [rad], in ±π.
+
+    The truth is DOP853 on the exact motion of the ship. Rate and accuracy do not change it.
+    """
+    phase = sail(scene)[PHASE].position[1:]
+    away = math.pi * (phase[:, 1] % 2.0 + phase[:, 2]) - _exact_phase(without_settings(scene))
+    return np.asarray((away + math.pi) % math.tau - math.pi)
 
 
 def land(step_s: float, count: int, every: int = 1) -> Forcing:

@@ -13,18 +13,27 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 import yaml
-from stress_cases import ARC, FORCE, HOLE, HOLE_CAM, VERTICAL, Row, sail
+from stress_cases import (
+    ARC,
+    FORCE,
+    HOLE,
+    HOLE_CAM,
+    VERTICAL,
+    Row,
+    phase_error,
+    sail,
+    without_settings,
+)
 
 from tauto_core.checks.cost import RESOLUTION_S, forecast
 from tauto_core.checks.readiness import check_scene
 from tauto_core.machines import FluidPendulum, compile_machine
-from tauto_core.samples import PHASE, FloatArray
-from tauto_core.scene import Scene, Solver, load_scene, parse_scene, scene_yaml
+from tauto_core.samples import PHASE
+from tauto_core.scene import Scene, Solver, load_scene, parse_scene
 from tauto_core.scene.errors import PropagationError, SceneError
 from tauto_core.scene.times import LEGIBLE
 from tauto_core.ship import ShipMotion
@@ -214,29 +223,11 @@ def compared(scene: Scene) -> Comparison:
     machine = compile_machine(scene)
     assert not isinstance(machine, FluidPendulum)
     told = forecast(scene, machine, ShipMotion(scene))
-    phase = sail(scene)[PHASE].position[1:]
-    away = math.pi * (phase[:, 1] % 2.0 + phase[:, 2]) - _exact(_without_settings(scene))
-    away = (away + math.pi) % math.tau - math.pi
+    away = phase_error(scene)
     nominal_s = scene.clock.nominal_period or machine.small_period
     found_s = float(np.max(np.abs(away))) * nominal_s / math.tau
     chaotic = told.growth is not None and told.growth.is_chaotic
     return Comparison(scene, told.phase_error_s, found_s, chaotic)
-
-
-def _without_settings(scene: Scene, **solver: float) -> str:
-    """Return a scene in YAML without its rate of samples, with the settings given."""
-    content = yaml.safe_load(scene_yaml(scene))
-    content['ship'].pop('rate', None)
-    content['solver'] = solver or None
-    return yaml.safe_dump(content)
-
-
-@lru_cache(maxsize=2 * SCENES)
-def _exact(scene: str) -> FloatArray:
-    """Return the exact phase, on which neither rate nor accuracy has an effect."""
-    from reference_propagator import exact_phase
-
-    return exact_phase(parse_scene(scene, 'stress'))
 
 
 def bounds(count: int = SCENES, kinds: tuple[str, ...] = tuple(KINDS)) -> list[Row]:
@@ -273,7 +264,7 @@ def accuracies(count: int = SCENES, kinds: tuple[str, ...] = tuple(KINDS)) -> li
     for asked in ACCURACIES:
         found = []
         for scene in scenes:
-            found.append(compared(parse_scene(_without_settings(scene, accuracy=asked), 'stress')))
+            found.append(compared(parse_scene(without_settings(scene, accuracy=asked), 'stress')))
         setting = f'{count} scenes asked for {asked:g} s/day'
         short = max(each.short for each in found)
         over = max(each.found_s - TOLD_S for each in found) / asked
@@ -368,7 +359,7 @@ def hours(count: int = 2 * len(STEADY), kinds: tuple[str, ...] = STEADY) -> list
     for asked in HOUR_ACCURACIES:
         found = []
         for scene in scenes:
-            content = yaml.safe_load(_without_settings(scene, accuracy=asked))
+            content = yaml.safe_load(without_settings(scene, accuracy=asked))
             content |= {'duration': 3600.0, 'log': {'interval': 10.0, 'motion': False}}
             content['drift'] = {'observation_interval': 3600.0}
             try:

@@ -30,8 +30,6 @@ from tauto_core.motion.collocation import Collocation
 from tauto_core.samples import JOINT_STATES, PHASE, READING, SLACK, Batches
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import CamRangeError, PropagationError, SceneError
-from tauto_core.ship import ShipMotion
-from tauto_core.ship.buffer import MotionBuffer
 
 # -----------------------------------------------------------------------------
 # A search for a scene that breaks the engine: NaN, bits that depend on chunks, too large errors.
@@ -286,34 +284,18 @@ def _clock(rng: np.random.Generator) -> dict[str, Any]:
     }
 
 
-def _forcing(sections: dict[str, Any]) -> tuple[Machine, Any]:
-    scene = scene_of(**sections)
-    machine = compile_machine(scene)
-    assert isinstance(machine, Machine)
-    ship = ShipMotion(scene)
-    buffer = MotionBuffer(
-        apparent_vertical=machine.follows_apparent_vertical,
-        apparent_gravity=machine.feels_gravity,
-        still=False,
-        step_ns=scene.step_ns,
-        max_gap_s=1.0,
-        stride=2,
-    )
-    buffer.add(ship.produce(ship.total), scene.starts_at_ns)
-    return machine, buffer.forcing(scene.log_interval_ns, scene.duration_ns, final=True)
-
-
 def recoil() -> list[Row]:
     """Return how many of the random clocks are counted wrongly, and the phase differences."""
+    from motion_cases import moved, sampled
     from reference_propagator import Reference
 
     rng, miscounted, apart = np.random.default_rng(COUNTED_SEED), 0, 0.0
     for _ in range(COUNTED_CLOCKS):
-        machine, forcing = _forcing(_clock(rng))
-        runs = []
-        for propagator in (Collocation(machine, 1e-12), Reference(machine)):
-            propagator.release(forcing)
-            runs.append(propagator.advance(forcing))
+        scene = scene_of(**_clock(rng))
+        machine = compile_machine(scene)
+        assert isinstance(machine, Machine)
+        forcing = sampled(scene, machine)
+        runs = [moved(each, forcing) for each in (Collocation(machine, 1e-12), Reference(machine))]
         phases = [math.pi * (run.half_turns + run.fraction) for run in runs]
         distance = float(np.max(np.abs(phases[0] - phases[1])))
         beats = bool(np.array_equal(runs[0].beats, runs[1].beats))

@@ -11,8 +11,6 @@ BENCHMARKS = Path(__file__).resolve().parents[3] / 'benchmarks'
 @pytest.mark.parametrize(
     ('module', 'table', 'asked'),
     [
-        ('stress_motion', 'order', ()),
-        ('stress_motion', 'reversal', (30,)),
         # enough lags for the exponent within 0.15 of a half
         ('stress_motion', 'isochronous', (2e4, 3)),
         ('stress_motion', 'escapement', ()),
