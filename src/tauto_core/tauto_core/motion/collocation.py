@@ -190,12 +190,9 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
         if per_inertia.growth is not None:
             against = against + per_inertia.growth * w
         acceleration = -against - line.bend
-        lift = lever_arm(wheel.lever, 1.0, abs(q)).lift
+        gap = self.gap_at(q, planes, at)
         drift: tuple[Plane, ...] = (Plane(speed, -against),)
-        if self.scale is None or per_inertia.carried is None:
-            gap = self.pull_rounding - pull_of(per_inertia, lift, at.gravity)
-        else:
-            gap = planes[1].x - self.scale * lift + rounding_of(q, planes[1].x)
+        if self.scale is not None and per_inertia.carried is not None:
             fall = pull_of(per_inertia, planes[1].x / self.scale, at.gravity)
             fall = fall * (self.scale / per_inertia.carried)
             drift = (*drift, Plane(omega[1] * planes[1].y, -fall))
@@ -231,7 +228,7 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
         torque = _holding_torque(self, mode_of(state), angle, at)
         coulomb = wheel_now(self.wheel, at).per_inertia.coulomb
         _place_at_rest(omega, angle, at, state)
-        gap = self.gap_at(angle - at.tilt.value, state, at)
+        gap = self.gap_at(angle - at.tilt.value, planes_of(omega, state.planes), at)
         if coulomb is not None and abs(torque) <= coulomb and gap > ABOUT_TO_TAUTEN:
             state.held, state.held_angle = True, angle
             return
@@ -240,14 +237,13 @@ class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
             state.direction = -1 if torque > 0.0 else 1
         state.armed = is_due(self, state, float(state.direction), angle)
 
-    def gap_at(self, q: float, state: RunningState, at: Inputs) -> float:
+    def gap_at(self, q: float, planes: tuple[Plane, ...], at: Inputs) -> float:
         """Return the gap of the thread at ϑ = q, with the weight of a state."""
         lift = lever_arm(self.wheel.lever, 1.0, abs(q)).lift
         if self.scale is None:
             pull = pull_of(wheel_now(self.wheel, at).per_inertia, lift, at.gravity)
             return self.pull_rounding - pull
-        height = state.planes[1].x
-        return height - self.scale * lift + rounding_of(q, height)
+        return planes[1].x - self.scale * lift + rounding_of(q, planes[1].x)
 
     def move_with_case(self, run: SteppedRun, place: StepPlace) -> float:
         """Move the held wheel with the case while the weight falls.

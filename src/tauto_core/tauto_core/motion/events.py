@@ -191,15 +191,8 @@ FIRST_TRIALS = 12
 MAX_PROBES = 200
 
 
-class WatchedValue(Protocol):
-    """A NamedTuple with a value within a step."""
-
-    def value(self, xi: float) -> float:
-        """Return the value at the fraction xi of the step, from the stage polynomials."""
-
-
 @compiled
-def locate(watch: WatchedValue, last_x: float, at_last: float, precision: float) -> float:
+def locate(watch: WatchEvent, last_x: float, at_last: float, precision: float) -> float:
     """Return the fraction of the step at which a value falls to zero; 0 if it is never positive.
 
     Illinois form of false position (Dowell and Jarratt, BIT 11, 1971, 168). Probes keep half the
