@@ -98,7 +98,7 @@ def blocks(sailed: Sailed, answers: TrialAnswers, of: int) -> dict[str, str]:
         )
     return {
         'sailed': _wrapped(_what_was_sailed(sailed, answers, of)),
-        'shares': _shares(answers) + '\n' + _wrapped(_verdict(answers)),
+        'shares': _shares(answers),
         'map': (
             f'![Tracks of {answers.passages} passages coloured by the error of the first clock, '
             'rated in harbour, and the distribution of the errors of all](img/trial.png)\n'
@@ -135,7 +135,7 @@ def _what_was_sailed(sailed: Sailed, answers: TrialAnswers, of: int) -> str:
     accuracy = (content.get('solver') or {}).get('accuracy')
     hours = sum(row['run_s'] for row in sailed.rows) / 3600.0
     said = (
-        f'**Sailed were {answers.passages} of the {of} passages**, {years[0]} to {years[-1]}, of '
+        f'**{answers.passages} of the {of} passages** were sailed, {years[0]} to {years[-1]}, of '
         f'{days[0]:.0f} to {days[-1]:.0f} days, with {counted(len(answers.clocks), "clock")} in '
         f'one sea each, once as logged'
     )
@@ -148,13 +148,17 @@ def _what_was_sailed(sailed: Sailed, answers: TrialAnswers, of: int) -> str:
     away = len({each['passage'] for each in voyages if each['ends']})
     failed = sum(each['failure'] is not None for each in voyages)
     stopped = sum(each['stopped_s'] is not None for each in voyages)
-    ended = f'{counted(failed, "voyage")} ended early, on {stopped} the clock stopped'
+    ended = f'All {len(voyages)} voyages as logged reached their end, and no clock stopped'
+    if failed or stopped:
+        ended = (
+            f'Of {len(voyages)} voyages as logged {counted(failed, "voyage")} ended early, on '
+            f'{stopped} the clock stopped'
+        )
     return (
-        f'{said}. That took {hours:.3g} hours of one processor. Of {len(voyages)} voyages as '
-        f'logged {ended if failed or stopped else "none ended early, and no clock stopped"}. On '
-        f'{counted(away, "passage")} the last entry lies more than 30 km from the coast: no '
+        f'{said}. That took {hours:.3g} hours of one processor. {ended}. On '
+        f'{counted(away, "passage")} the last entry is more than 30 km from the coast: no '
         'landfall is made there, and the error is that of a reckoning at sea. A thermometer was '
-        f'read on {read or "none"} of them.'
+        f'read on {counted(read, "passage")}.'
     )
 
 
@@ -175,7 +179,8 @@ def _shares(answers: TrialAnswers) -> str:
                 [
                     _called(clock.clock),
                     SAID[way],
-                    *(_share(each) for each in prizes),
+                    _share(prizes[0]),
+                    *(str(each.passages) for each in prizes[1:]),
                     f'{100.0 * prizes[0].with_local_time:.0f} %',
                     *('–' if each is None else f'± {100.0 * each:.2g} %' for each in drawn),
                     *(figure(by_share.get(share), 'nmi') for share in (0.5, 0.95)),
@@ -187,23 +192,6 @@ def _shares(answers: TrialAnswers) -> str:
 def _share(prize: Prize) -> str:
     share, low, high = (round(100.0 * each) for each in (prize.share, prize.low, prize.high))
     return f'{prize.passages}: {share} % ({low}–{high})'
-
-
-def _verdict(answers: TrialAnswers) -> str:
-    """Return how many passages each clock has within 30 miles, rated and with sensors."""
-
-    def listed(way: str) -> str:
-        found = [
-            f'{_called(each.clock)} {each.ways[way].prizes[0].passages}'
-            for each in answers.clocks
-            if way in each.ways
-        ]
-        return '; '.join(found)
-
-    return (
-        f'**Of {answers.judged} passages within the 30 miles of the largest prize, rated in '
-        f'harbour: {listed("corrected")}.** With thermometer and IMU: {listed("sensed")}.'
-    )
 
 
 def _short_answer(answers: TrialAnswers) -> str:
