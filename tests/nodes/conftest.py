@@ -97,6 +97,23 @@ log: {interval: 10.0}
 """
 
 PATIENCE_S = 300.0
+OWN = ['unshare', '--map-root-user', '--mount']
+"""Runs a command in mounts of its own."""
+
+needs_mounts = pytest.mark.skipif(
+    subprocess.run([*OWN, 'true'], capture_output=True, check=False).returncode != 0,
+    reason='this user may mount nothing',
+)
+
+
+def until(condition: Callable[[], object], limit_s: float = PATIENCE_S) -> None:
+    """Poll until the condition holds. Fail after the limit."""
+    deadline_s = time.monotonic() + limit_s
+    while not condition():
+        assert time.monotonic() < deadline_s, 'the condition did not come true in time'
+        time.sleep(0.02)
+
+
 """How long a condition may take on a busy machine [s]: a test that waits in vain fails then."""
 
 

@@ -30,12 +30,12 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from conftest import PATIENCE_S, until
 from rclpy.node import Node
 
 from tauto_core.bags import check_bag, read_bag
@@ -57,7 +57,6 @@ pytestmark = pytest.mark.skipif(
 )
 
 NODES = ('ship_motion', 'trochlea', 'drift_estimator', 'longitude', 'recorder')
-PATIENCE_S = 300.0
 """Only what hangs takes so long, however busy the machine."""
 
 # A shell that starts jobs in the background lets them ignore SIGINT. The Python of `ros2` need not
@@ -122,14 +121,6 @@ class Launch:
         if code >= 0:  # the next start removes the folder of a killed one
             assert not list(self.temporary.iterdir())
         return code
-
-
-def until(condition: Callable[[], object]) -> None:
-    """Poll until the condition holds. Fail after the limit."""
-    deadline_s = time.monotonic() + PATIENCE_S
-    while not condition():
-        assert time.monotonic() < deadline_s, 'the condition did not come true in time'
-        time.sleep(0.05)
 
 
 @contextmanager

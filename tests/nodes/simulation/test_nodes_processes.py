@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 from builtin_interfaces.msg import Time
-from conftest import PATIENCE_S, start
+from conftest import OWN, PATIENCE_S, needs_mounts, start, until
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import Log
 from rcl_interfaces.srv import SetParameters
@@ -32,15 +32,6 @@ from tauto_nodes.simulation import supervisor as graph
 from tauto_nodes.simulation.supervisor import Child
 
 NODES = ('ship_motion', 'trochlea', 'drift_estimator', 'longitude', 'recorder')
-OWN = ['unshare', '--map-root-user', '--mount']
-
-
-def until(condition: Callable[[], object], limit_s: float = PATIENCE_S) -> None:
-    """Poll until the condition holds. Fail after the limit."""
-    deadline_s = time.monotonic() + limit_s
-    while not condition():
-        assert time.monotonic() < deadline_s, 'the condition did not come true in time'
-        time.sleep(0.02)
 
 
 def tauto(*arguments: str) -> list[str]:
@@ -309,10 +300,7 @@ def test_a_file_that_may_not_grow_is_told_and_what_was_written_can_be_read(tmp_p
     assert 0 < read_bag(out).counts['/ship/imu'] < 12_005
 
 
-@pytest.mark.skipif(
-    subprocess.run([*OWN, 'true'], capture_output=True, check=False).returncode != 0,
-    reason='this user may mount nothing',
-)
+@needs_mounts
 def test_a_full_disk_is_told_and_the_bag_has_its_end(tmp_path: Path) -> None:
     """The disk is a real one of 700 kB, copied before it goes with its namespace."""
     disk, kept = tmp_path / 'disk', tmp_path / 'kept'

@@ -8,13 +8,11 @@ import sys
 from pathlib import Path
 
 import pytest
+from conftest import OWN, needs_mounts
 
 from tauto_nodes import GraphError
 from tauto_nodes.live import FOLDER_PREFIX
 from tauto_nodes.simulation import work_folder
-
-OWN = ['unshare', '--map-root-user', '--mount']
-"""Runs a command that may mount what others do not see."""
 
 HOLD = """
 import sys, time
@@ -52,10 +50,7 @@ def test_a_place_that_cannot_be_written_is_named() -> None:
         pass
 
 
-@pytest.mark.skipif(
-    subprocess.run([*OWN, 'true'], capture_output=True, check=False).returncode != 0,
-    reason='this user may mount nothing',
-)
+@needs_mounts
 def test_a_report_for_which_there_is_no_room_is_told(tmp_path: Path) -> None:
     # The parameters take the only block.
     small = tmp_path / 'small'
