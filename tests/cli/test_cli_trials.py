@@ -94,7 +94,7 @@ def test_wrong_passages_are_left_out_and_told(tmp_path):
         # the first in the order of the help
         (['--wind-draws', '2', '--ocean', 'x', '--port', 'y'], '--port y: needs --logs'),
         (['--logs', 'LOG', '--ships', '3'], '--ships 3: does not go with --logs'),
-        (['--logs', 'LOG', '--days', 'long'], '--days long: must be a range'),
+        (['--logs', 'LOG', '--days', 'long'], "--days = 'long': must be a number [d]"),
         (['--logs', 'LOG', '--days', '50..40'], '--days 50..40: must be a range'),
         (['--logs', 'LOG'], 'none of its 3 passages matches'),
         (['--logs', 'LOG', '--ocean', 'baltic'], '--ocean baltic: is not one of North Atlantic'),
