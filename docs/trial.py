@@ -166,7 +166,6 @@ def _shares(answers: TrialAnswers) -> str:
     """Return the table of the shares within the limits of the Act."""
     first = answers.clocks[0].ways['raw'].prizes
     heads = ['clock', 'longitude', *(f'within {each.limit_nmi:g} miles' for each in first)]
-    heads.append(f'30 miles, local time ± {answers.local_time_s:g} s')
     draws = (('wind', answers.wind_draws), ('hull', answers.hull_draws))
     heads += [f'± {name}' for name, count in draws if count]
     rows = [[*heads, 'median', '95 %']]
@@ -181,7 +180,6 @@ def _shares(answers: TrialAnswers) -> str:
                     SAID[way],
                     _share(prizes[0]),
                     *(str(each.passages) for each in prizes[1:]),
-                    f'{100.0 * prizes[0].with_local_time:.0f} %',
                     *('–' if each is None else f'± {100.0 * each:.2g} %' for each in drawn),
                     *(figure(by_share.get(share), 'nmi') for share in (0.5, 0.95)),
                 ]
