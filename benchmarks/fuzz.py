@@ -220,47 +220,12 @@ LINES = [
     'euler --json', 'budget measured --json --duration 2', 'scenes --json', '--version',
 ]  # fmt: skip
 WORDS = [
-    *(
-        '-1',
-        '0',
-        '1e-300',
-        'nan',
-        'inf',
-        '-inf',
-        '1e400',
-        '',
-        ' ',
-        '-',
-        '--',
-        '\u0661',
-        'x' * 5000,
-    ),
-    *(
-        'ideal',
-        'measured',
-        'bag',
-        'ours.csv',
-        'mutated.yaml',
-        '/',
-        '..',
-        '/dev/null',
-        'no/such',
-        '~',
-    ),
-    *(
-        '--json',
-        '--force',
-        '--out',
-        '--set',
-        '--seed',
-        '--duration',
-        '--help',
-        '--plot',
-        '--quiet',
-    ),
-    *('a=b', 'ship=', 'ship.rate=1e9', 'trochlea.cam.kind=x', 'clock={}', 'seed=[', 'a.b.c.d=1'),
-    *('x.svg', 'x.png', '/no/x.svg', '0.1,nan', '1,', 'ideal=1', '5 m', '3 parsec'),
-]
+    '-1', '0', '1e-300', 'nan', 'inf', '-inf', '1e400', '', ' ', '-', '--', '\u0661', 'x' * 5000,
+    'ideal', 'measured', 'bag', 'ours.csv', 'mutated.yaml', '/', '..', '/dev/null', 'no/such', '~',
+    '--json', '--force', '--out', '--set', '--seed', '--duration', '--help', '--plot', '--quiet',
+    'a=b', 'ship=', 'ship.rate=1e9', 'trochlea.cam.kind=x', 'clock={}', 'seed=[', 'a.b.c.d=1',
+    'x.svg', 'x.png', '/no/x.svg', '0.1,nan', '1,', 'ideal=1', '5 m', '3 parsec',
+]  # fmt: skip
 
 
 def mutated_line(rng: random.Random, seeds: Sequence[bytes]) -> bytes:

@@ -45,10 +45,6 @@ _DASHED = 'waves'
 def draw(result: Mapping[str, Any], path: Path) -> None:
     """Draw a result to an SVG or PNG file; replaces the file.
 
-    Args:
-        result: what `bench` returns.
-        path: ending in .svg, .png or .pdf.
-
     Raises:
         OutputError: the file cannot be written.
         UsageError: see `check_plot`.
@@ -155,19 +151,12 @@ def _handles(rows: Iterable[Mapping[str, Any]]) -> list[Line2D | Patch]:
     from matplotlib.patches import Patch
 
     present = {row['program'] for row in rows}
-    handles: list[Line2D | Patch] = [
-        Line2D(
-            [],
-            [],
-            color=color,
-            marker=marker,
-            label=LABELS[program],
-            markersize=7.5 if program == 'tauto' else 5.5,
-            linewidth=2.2 if program == 'tauto' else 1.0,
-        )
-        for program, (color, marker) in _STYLES.items()
-        if program in present
-    ]
+    handles: list[Line2D | Patch] = []
+    for program, (color, marker) in _STYLES.items():
+        if program in present:
+            style: Any = {'color': color, 'marker': marker, 'label': LABELS[program]}
+            size, width = (7.5, 2.2) if program == 'tauto' else (5.5, 1.0)
+            handles.append(Line2D([], [], markersize=size, linewidth=width, **style))
     if any(_DASHED in row['setting'].split() for row in rows):
         words = 'dashed: sum of waves'
         handles.append(Line2D([], [], color='#555555', linestyle='--', label=words))

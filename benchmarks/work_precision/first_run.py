@@ -28,11 +28,7 @@ def first_runs(
     """Return problem, program, setting and `first_run_s` for each program with a row.
 
     The setting is that of its cheapest row within the error at which programs are compared, or
-    else of its most accurate one.
-
-    Args:
-        rows: rows of the benchmark.
-        say: called with a description of the current run.
+    else of its most accurate one. `say` is called with a description of each run.
     """
     from benchmarks.work_precision.ratios import cheapest, targets
 
@@ -46,14 +42,8 @@ def first_runs(
         say(f'{key}: {name} {row["setting"]}, first run')
         seconds = first_run(key, name, row['setting'])
         if seconds is not None:
-            found.append(
-                {
-                    'problem': key,
-                    'program': name,
-                    'setting': row['setting'],
-                    'first_run_s': seconds,
-                }
-            )
+            setting = {'problem': key, 'program': name, 'setting': row['setting']}
+            found.append({**setting, 'first_run_s': seconds})
     return found
 
 

@@ -17,11 +17,7 @@ ROUNDS = 3
 
 
 def passage(duration_s: float = PASSAGE_S) -> dict[str, Any]:
-    """Return the cost of problem c over a passage (sea, motion and clock), without a bag.
-
-    Args:
-        duration_s: duration of the passage [s].
-    """
+    """Return the cost of problem c over a passage (sea, motion and clock), without a bag."""
     problem = next(p for p in problems() if p.key == 'c')
     outcome = Tauto().solve(problem, SETTING, duration_s)
     return {
@@ -38,9 +34,6 @@ def two_at_once(duration_s: float = DAY_S) -> dict[str, Any]:
     """Return the ratio of the times of two runs of problem c in two threads and of one.
 
     The same for two processes, which share nothing but the machine, gives the limit for threads.
-
-    Args:
-        duration_s: duration of each run [s].
     """
     one_s = two_s = apart_s = float('inf')
     tauto = Tauto()

@@ -146,16 +146,10 @@ class HungCase:
 
 @dataclass(frozen=True)
 class WheelProblem:
-    """A problem of the benchmark about the wheel.
+    """A problem of the benchmark about the wheel: the scene for Tauto, its numbers for the peers.
 
-    Attributes:
-        key: one letter.
-        title: in a few words.
-        scene: for Tauto.
-        numbers: for everybody else; those of the scene.
-        period_s: of small free swings on land; an oscillation is counted as this long, and an
-            error in rad becomes one in seconds by it.
-        duration_s: full length [s].
+    `period_s` is that of small free swings on land. An oscillation is counted as this long, and
+    an error in rad becomes one in seconds by it. `duration_s` is the full length.
     """
 
     key: str
@@ -168,13 +162,9 @@ class WheelProblem:
 
 @dataclass(frozen=True)
 class CaseProblem:
-    """A problem of the benchmark about the suspended case.
+    """A problem about the suspended case; no scene lets it go at a large angle.
 
-    Attributes:
-        key, title: as of a `WheelProblem`.
-        numbers: for everybody; no scene lets the case go at a large angle.
-        period_s: of small swings in the slow mode, else as of a `WheelProblem`.
-        duration_s: full length [s].
+    `period_s` is that of small swings in the slow mode, else as of a `WheelProblem`.
     """
 
     key: str

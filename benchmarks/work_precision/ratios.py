@@ -48,14 +48,7 @@ def _land_error(problem: Problem) -> float:
 def cheapest(
     rows: Iterable[BenchRow], key: str, programs: Iterable[str], error_s_per_day: float
 ) -> BenchRow | None:
-    """Return the cheapest row of some programs within an error; None where there is none.
-
-    Args:
-        rows: of all problems.
-        key: of the problem.
-        programs: by their names.
-        error_s_per_day: largest error that counts [s/day].
-    """
+    """Return the cheapest row of a problem and some programs within an error, or None."""
     names = tuple(programs)
     enough = [
         row
@@ -72,16 +65,8 @@ def ratio(
 ) -> float | None:
     """Return the cost of the cheapest row of similar accuracy over the cost of this row.
 
-    A row counts if its error is at most that of `row`, or the bound where that is larger.
-
-    Args:
-        row: row of the faster program.
-        rows: all rows.
-        programs: the others, by their names.
-        bound: error that is good enough [s/day].
-
-    Returns:
-        None if they have no row so accurate.
+    A row counts if its error is at most that of `row`, or the bound [s/day] if that is larger.
+    None: no row of the other programs is so accurate.
     """
     enough = max(bound, row['error_s_per_day'])
     other = cheapest(rows, row['problem'], programs, enough)
@@ -110,13 +95,9 @@ def best(rows: Iterable[BenchRow], key: str) -> BenchRow | None:
 def best_ratio(
     rows: Iterable[BenchRow], key: str, programs: Iterable[str], *, setup: bool = False
 ) -> float | None:
-    """Return the time of others over that of Tauto at its best; None where unknown.
+    """Return the time of others at their best over that of Tauto, or None.
 
-    Args:
-        rows: rows of all problems.
-        key: key of the problem.
-        programs: the others, by their names; the best row of all counts.
-        setup: compare whole runs, set-up included, instead of swings.
+    With `setup`, whole runs are compared, set-up included, instead of swings.
     """
     rows, bound = list(rows), targets()[key]
     ours = best(rows, key)

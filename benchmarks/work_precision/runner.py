@@ -235,11 +235,7 @@ def measure(problem: Problem, peer: Peer, setting: str, duration_s: float) -> Ro
 
 
 def machine_facts(versions: Mapping[str, str]) -> dict[str, Any]:
-    """Return processor, number of its cores, system, Python, date and versions.
-
-    Args:
-        versions: versions of the peers, by their names.
-    """
+    """Return processor, cores, system, Python, date, and versions with those of the peers."""
     return {
         'processor': _processor(),
         'cpus': os.cpu_count(),

@@ -67,11 +67,9 @@ def case_gauss_advance(
     Args:
         state: shape (4,).
         lost: rounding errors carried over, shape (4,).
-        step: [s].
-        steps: number of steps.
-        ratio: a_ij/b_j, shape (s, s).
-        weights: b, shape (s,).
-        numbers: numbers of the case.
+        step: [s], taken `steps` times.
+        ratio, weights: a_ij/b_j (s, s) and b (s,).
+        numbers: of the case.
     """
     s = len(weights)
     gains, new = np.zeros((s, STATES)), np.empty((s, STATES))

@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from scipy.integrate import DOP853
 
-from benchmarks.work_precision.equations.case_kernels import compiled_bends
+from benchmarks.work_precision.equations.case_kernels import fill_slope as fill_case_slope
 from benchmarks.work_precision.equations.wheel_kernels import (
     ENERGY,
     FORCE,
@@ -76,14 +76,8 @@ def fill_slope(
         out: output, of the state's shape.
     """
     if kind == CASE:
-        theta, delta = state[0], state[1] - state[0]
-        out[0], out[1] = state[2], state[3]
-        out[2], out[3] = compiled_bends(
-            (constants[0], constants[1], constants[2], constants[3]),
-            (state[2], state[3]),
-            (math.sin(theta), math.cos(theta)),
-            (math.sin(delta), math.cos(delta)),
-        )
+        numbers = (constants[0], constants[1], constants[2], constants[3])
+        fill_case_slope(state, numbers, out)
     elif constants[MASS] == 0.0:
         roll = roll_of(time, sea) if kind == WAVES else _channel(sea[0], time * per_half)
         out[0] = state[1]
@@ -205,16 +199,10 @@ def advance_dop853(
     follows.
 
     Args:
-        kind: see `fill_slope`.
-        state: see `fill_slope`.
-        begin: [s].
-        end: [s].
+        kind, state, constants, sea, per_half: as of `fill_slope`.
+        begin, end: [s].
         h: step to try [s].
-        rtol: relative tolerance.
-        atol: absolute tolerance, of the state's shape.
-        constants: see `fill_slope`.
-        sea: see `fill_slope`.
-        per_half: see `fill_slope`.
+        rtol, atol: relative and absolute tolerance, the latter of the state's shape.
         side: sign of theta; 0 without impulses.
     """
     slopes = np.empty((_STAGES + 1, len(state)))

@@ -201,6 +201,22 @@ def wheel(numbers: Numbers, time_s: float, x: float, u: float) -> tuple[float, f
     return x + at.lean, speed + at.lean_rate
 
 
+def pieces_start(numbers: Numbers) -> tuple[float, float]:
+    """Return x and u, or of a force psi and psi', of the wheel released at rest in its case."""
+    if numbers.mass:
+        return start(numbers)
+    at = vertical(numbers, 0.0)
+    return numbers.release_angle + at.roll, at.roll_rate
+
+
+def pieces_wheel(numbers: Numbers, time_s: float, x: float, u: float) -> tuple[float, float]:
+    """Return theta [rad] and theta' [rad/s] of such a state."""
+    if numbers.mass:
+        return wheel(numbers, time_s, x, u)
+    at = vertical(numbers, time_s)
+    return x - at.roll, u - at.roll_rate
+
+
 def start_of(problem: Problem) -> tuple[float, ...]:
     """Return the state at the start: x and u, or the case's theta, phi and their rates."""
     if isinstance(problem, CaseProblem):

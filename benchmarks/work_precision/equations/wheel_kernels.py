@@ -61,11 +61,7 @@ def vertical_of(
 def slope(x: float, p: float, vertical: FloatArray, constants: FloatArray) -> tuple[float, float]:
     """Return x' and p' of the weight-driven machine.
 
-    Args:
-        x: angle that the cam feels [rad].
-        p: M x' + I gamma' [kg m2/s].
-        vertical: g_eff, beta, beta', roll, roll'.
-        constants: of the problem.
+    `vertical` is g_eff, beta, beta', roll, roll'.
     """
     inertia, lever = constants[INERTIA], constants[LEVER]
     carried = constants[MASS] * lever * lever
@@ -124,11 +120,8 @@ def gauss_step(
         state: (x, p) at `time`.
         time: from time zero of `sea` [s].
         step: [s].
-        nodes: c, shape (s,).
-        ratio: a_ij/b_j, shape (s, s).
-        weights: b, shape (s,).
-        constants: constants of the problem.
-        sea: sea of the problem.
+        nodes, ratio, weights: c (s,), a_ij/b_j (s, s) and b (s,).
+        constants, sea: of the problem.
     """
     s = len(nodes)
     vertical = np.empty((s, 5))
@@ -194,15 +187,10 @@ def gauss_advance(
 
     Args:
         state: (x, p).
-        lost: what rounding kept back, shape (2,).
+        lost: rounding errors carried over, shape (2,).
         side: sign of theta at the start.
-        duration: of the stretch [s].
-        steps: of equal length.
-        nodes: c, shape (s,).
-        ratio: a_ij/b_j, shape (s, s).
-        weights: b, shape (s,).
-        constants: of the problem.
-        sea: of the problem.
+        duration: of the stretch [s], in `steps` of equal length.
+        nodes, ratio, weights, constants, sea: as of `gauss_step`.
     """
     time = 0.0
     for k in range(1, steps + 1):

@@ -11,15 +11,17 @@ import time
 import numpy as np
 
 from benchmarks.work_precision.equations.sea import (
+    SeaPieces,
     constants_of,
     end_of,
+    pieces_start,
+    pieces_wheel,
     sea_from,
     start_of,
     stretches,
-    vertical,
 )
 from benchmarks.work_precision.peer import Outcome
-from benchmarks.work_precision.problems import CaseProblem, HungCase, Numbers, Problem
+from benchmarks.work_precision.problems import CaseProblem, HungCase, Problem
 from tauto_core.samples import FloatArray
 
 STRETCH_S = 3600.0
@@ -74,14 +76,14 @@ class _Run:
             self._atol: FloatArray = tolerance * case.release_angle * sizes
             return
         numbers = problem.numbers
-        self._kind, self._state = kernels.WAVES, _release_of(numbers)
+        # with a weight the state holds a momentum
+        self._momentum = numbers.inertia if numbers.mass else 1.0
+        sizes = np.array([1.0, self._momentum])
+        self._kind, self._state = kernels.WAVES, sizes * pieces_start(numbers)
         self._constants = constants_of(numbers)
-        speed = numbers.frequency * (numbers.inertia if numbers.mass else 1.0)
-        self._atol = tolerance * numbers.release_angle * np.array([1.0, speed])
+        self._atol = tolerance * numbers.release_angle * sizes * [1.0, numbers.frequency]
         self._side = 1.0 if numbers.impulse_energy else 0.0
         if pieces and numbers.sea is not None:
-            from benchmarks.work_precision.equations.sea import SeaPieces
-
             self._kind = kernels.PIECES
             self._pieces = SeaPieces(numbers, numbers.sea, PIECE_S, POINTS, 1.0)
 
@@ -122,28 +124,6 @@ class _Run:
         """Return the angle [rad] and rate [rad/s] that are compared."""
         if isinstance(self._problem, CaseProblem):
             return end_of(self._problem, time_s, self._state)
-        return _wheel_of(self._problem.numbers, time_s, self._state)
-
-
-def _release_of(numbers: Numbers) -> FloatArray:
-    """Return the kernels' state of the wheel released at rest in its case, shape (2,)."""
-    at = vertical(numbers, 0.0)
-    if not numbers.mass:
-        return np.array([numbers.release_angle + at.roll, at.roll_rate])
-    x = numbers.release_angle - at.lean
-    momentum = numbers.inertia * (at.lean_rate + at.roll_rate) - _mass(numbers, x) * at.lean_rate
-    return np.array([x, momentum])
-
-
-def _wheel_of(numbers: Numbers, time_s: float, state: FloatArray) -> tuple[float, float]:
-    """Return theta [rad] and theta' [rad/s] of a kernels' state at a time from the start [s]."""
-    at = vertical(numbers, time_s)
-    if not numbers.mass:
-        return float(state[0] - at.roll), float(state[1] - at.roll_rate)
-    turning = numbers.inertia * (at.lean_rate + at.roll_rate)
-    speed = (state[1] - turning) / _mass(numbers, state[0])
-    return float(state[0] + at.lean), float(speed + at.lean_rate)
-
-
-def _mass(numbers: Numbers, x: float) -> float:
-    return numbers.inertia + numbers.mass * (numbers.lever_rate * x) ** 2
+        numbers, (x, p) = self._problem.numbers, self._state
+        angle, rate = pieces_wheel(numbers, time_s, x, p / self._momentum)
+        return float(angle), float(rate)

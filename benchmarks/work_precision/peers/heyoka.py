@@ -15,6 +15,8 @@ from benchmarks.work_precision.equations.sea import (
     SeaPieces,
     end_of,
     mass_ratio,
+    pieces_start,
+    pieces_wheel,
     start,
     start_of,
     stretches,
@@ -385,7 +387,7 @@ class _Pieces:
         self._numbers, self._advance = numbers, advance_pieces
         self._pieces = SeaPieces(numbers, sea, length_s, points, SCALE)
         chains = self._pieces.channels * points
-        self._state = np.concatenate([tuned_start(numbers), np.zeros(chains)])
+        self._state = np.concatenate([pieces_start(numbers), np.zeros(chains)])
         integrator = integrator_of(numbers, self._pieces, tolerance)
         self._engine, self._step = compiled_step(integrator)
         self._taylor = np.zeros((2 + chains, integrator.order + 1))
@@ -411,18 +413,7 @@ class _Pieces:
             )
 
     def end(self, time_s: float) -> tuple[Any, Any]:
-        if self._numbers.mass:
-            return wheel(self._numbers, time_s, *self._state[:2])
-        at = vertical(self._numbers, time_s)
-        return self._state[0] - at.roll, self._state[1] - at.roll_rate
-
-
-def tuned_start(numbers: Numbers) -> tuple[Any, Any]:
-    """Return x and u, or psi and psi', of the wheel released at rest in its case."""
-    if numbers.mass:
-        return start(numbers)
-    at = vertical(numbers, 0.0)
-    return numbers.release_angle + at.roll, at.roll_rate
+        return pieces_wheel(self._numbers, time_s, *self._state[:2])
 
 
 def integrator_of(numbers: Numbers, pieces: Any, tolerance: float, ships: int = 1) -> Any:
@@ -617,7 +608,7 @@ class _Fleet:
             SeaPieces(each, each.sea, length_s, points, SCALE) for each in own if each.sea
         ]
         chains = self._pieces[0].channels * points
-        starts = np.array([tuned_start(each) for each in own]).T
+        starts = np.array([pieces_start(each) for each in own]).T
         self.state: FloatArray = np.concatenate([starts, np.zeros((chains, SHIPS))])
         integrator = integrator_of(numbers, self._pieces[0], tolerance, SHIPS)
         self._engine, self._step = compiled_step(integrator)
