@@ -47,16 +47,9 @@ CHUNK = 7
 
 @dataclass
 class Tally:
-    """The result of a search.
+    """The result of a search: numbers of scenes, and the largest distance over the bound.
 
-    Attributes:
-        scenes: number of scenes drawn.
-        refused: number that ended with an error message.
-        not_finite: number that gave NaN or infinity.
-        chunks: number that gave other bits when fed in chunks.
-        silent: number of errors without a reason or a time.
-        excess: largest distance from the finer run, over the bound.
-        worst: the scene of that distance.
+    `chunks` counts scenes with other bits in chunks, `silent` errors without a reason or a time.
     """
 
     scenes: int = 0
@@ -72,31 +65,27 @@ def _logarithmic(low: float, high: float) -> st.SearchStrategy[float]:
     return st.floats(math.log(low), math.log(high)).map(math.exp)
 
 
-FORCED = st.just({'kind': 'force', 'force': FORCE})
-HEAVY = st.builds(lambda mass: {'kind': 'weight', 'mass': mass}, _logarithmic(0.01, 20.0))
-SPRING = st.builds(
-    lambda stiffness: {'kind': 'spring', 'force': FORCE, 'stiffness': stiffness},
-    _logarithmic(0.1, 1e3),
+def _section(**parts: Any) -> st.SearchStrategy[dict[str, Any]]:
+    """Return a section of a scene, some of whose values are drawn."""
+    drawn = st.SearchStrategy
+    return st.fixed_dictionaries(
+        {key: part if isinstance(part, drawn) else st.just(part) for key, part in parts.items()}
+    )
+
+
+FORCED = _section(kind='force', force=FORCE)
+HEAVY = _section(kind='weight', mass=_logarithmic(0.01, 20.0))
+SPRING = _section(kind='spring', force=FORCE, stiffness=_logarithmic(0.1, 1e3))
+COMPONENT = _section(
+    amplitude=st.floats(0.0, 0.3), period=st.floats(2.0, 20.0), phase=st.floats(-3.0, 3.0)
 )
-COMPONENT = st.builds(
-    lambda amplitude, period, phase: {'amplitude': amplitude, 'period': period, 'phase': phase},
-    st.floats(0.0, 0.3),
-    st.floats(2.0, 20.0),
-    st.floats(-3.0, 3.0),
-)
-LAND = st.just({'kind': 'still'})
-SEA = st.builds(
-    lambda roll, heave, rate, height: {
-        'kind': 'components',
-        'components': roll,
-        'heave': heave,
-        'rate': rate,
-        'height': height,
-    },
-    st.lists(COMPONENT, min_size=1, max_size=4),
-    st.one_of(st.none(), st.lists(COMPONENT, min_size=1, max_size=2)),
-    st.sampled_from([2.0, 5.0, 20.0, 100.0]),
-    st.floats(-5.0, 10.0),
+LAND = _section(kind='still')
+SEA = _section(
+    kind='components',
+    components=st.lists(COMPONENT, min_size=1, max_size=4),
+    heave=st.one_of(st.none(), st.lists(COMPONENT, min_size=1, max_size=2)),
+    rate=st.sampled_from([2.0, 5.0, 20.0, 100.0]),
+    height=st.floats(-5.0, 10.0),
 )
 TABLES = tempfile.TemporaryDirectory(prefix='tauto_')
 
@@ -112,19 +101,14 @@ def _table(departure: float) -> dict[str, str]:
 
 TABULATED = st.floats(-0.02, 0.05).map(_table)
 NONE = st.none()
-VISCOUS = st.builds(lambda c: {'viscous': c}, _logarithmic(1e-9, 1e-1))
-COULOMB = st.builds(lambda c: {'coulomb': c}, _logarithmic(1e-9, 3e-2))
-ALL_DRAG = st.builds(
-    lambda c1, c2, c0: {'viscous': c1, 'quadratic': c2, 'coulomb': c0},
-    _logarithmic(1e-9, 1e-3),
-    _logarithmic(1e-9, 1e-4),
-    _logarithmic(1e-9, 1e-3),
+VISCOUS = _section(viscous=_logarithmic(1e-9, 1e-1))
+COULOMB = _section(coulomb=_logarithmic(1e-9, 3e-2))
+ALL_DRAG = _section(
+    viscous=_logarithmic(1e-9, 1e-3),
+    quadratic=_logarithmic(1e-9, 1e-4),
+    coulomb=_logarithmic(1e-9, 1e-3),
 )
-IMPULSE = st.builds(
-    lambda energy, angle: {'kind': 'impulse', 'energy': energy, 'angle': angle},
-    _logarithmic(1e-9, 1e-2),
-    st.floats(-0.5, 0.5),
-)
+IMPULSE = _section(kind='impulse', energy=_logarithmic(1e-9, 1e-2), angle=st.floats(-0.5, 0.5))
 RELEASES = st.one_of(st.floats(0.01, 3.0), st.floats(-3.0, -0.01), _logarithmic(1e-9, 1e-2))
 
 # Each kind is compiled for itself, which takes longer than all its runs.
