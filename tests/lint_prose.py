@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import ast
 import re
+import tokenize
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -29,6 +32,18 @@ WORDS = {
     'docs': (45_000, 45_000),
 }
 """Words of the pages that are kept. A limit is lowered when a figure has fallen."""
+
+HABITS = {
+    # words that a translated sentence repeats: (most in 1,000 of src, of the pages)
+    r'\b(that|those) of\b': (0.3, 0.3),
+    r'\bwhere\b': (0.5, 3.5),
+    r', so that\b': (0.2, 0.2),
+    r'\bwhat (an?|the|it|he|they|its|is|was|are|were|has|had|can|does|did|no)\b': (0.1, 0.9),
+    r'\b(nothing|none|nobody)\b': (0.6, 1.1),
+    r';': (3.0, 3.0),
+    r'\b(she|her)\b': (0.1, 0.1),
+}
+"""The rates of skyfield, httpx and diffrax are the goals; equations say *where*, dates *none*."""
 
 
 def text_of(page: Path) -> str:
@@ -124,3 +139,37 @@ def test_no_more_words_than_a_reader_has_patience_for(figure: str) -> None:
     assert counted <= most, (
         f'{counted} words in {figure}: at most {most} today, {goal} is the goal'
     )
+
+
+def prose_of_source(path: Path) -> Iterator[str]:
+    """Yield docstrings, comments and messages; an X stands for a value in a message."""
+    parts: set[int] = set()
+    for node in ast.walk(ast.parse(text_of(path))):  # a message comes before its parts
+        if isinstance(node, ast.JoinedStr):
+            parts |= {id(part) for part in ast.walk(node)}
+            yield ''.join(
+                str(part.value) if isinstance(part, ast.Constant) else 'X' for part in node.values
+            )
+        elif isinstance(node, ast.Constant) and id(node) not in parts:
+            yield node.value if isinstance(node.value, str) else ''
+    with path.open('rb') as file:
+        for token in tokenize.tokenize(file.readline):
+            if token.type == tokenize.COMMENT:
+                yield token.string
+
+
+@pytest.fixture(scope='module')
+def prose() -> tuple[str, str]:
+    """The prose of src and of the pages."""
+    sources = sorted((ROOT / 'src').rglob('*.py'))
+    texts = [text for path in sources for text in prose_of_source(path) if len(text.split()) > 3]
+    pages = [re.sub(r'^    .*|^\|.*', '', text_of(page), flags=re.M) for page in PAGES]
+    source, page = (re.sub(r'`[^`]*`|<[^>]*>', 'X', ' '.join(one)) for one in (texts, pages))
+    return source, page
+
+
+@pytest.mark.parametrize('habit', HABITS)
+def test_sentences_say_who_does_what(prose: tuple[str, str], habit: str) -> None:
+    for text, most in zip(prose, HABITS[habit], strict=True):
+        rate = 1000.0 * len(re.findall(habit, text, re.IGNORECASE)) / len(text.split())
+        assert rate <= most, f'{habit}: {rate:.2f} in 1,000 words'

@@ -100,10 +100,12 @@ PATIENCE_S = 300.0
 OWN = ['unshare', '--map-root-user', '--mount']
 """Runs a command in mounts of its own."""
 
-needs_mounts = pytest.mark.skipif(
-    subprocess.run([*OWN, 'true'], capture_output=True, check=False).returncode != 0,
-    reason='this user may mount nothing',
-)
+
+@pytest.fixture
+def mounts() -> None:
+    """Skip a test if this user may mount nothing."""
+    if subprocess.run([*OWN, 'true'], capture_output=True, check=False).returncode != 0:
+        pytest.skip('this user may mount nothing')
 
 
 def until(condition: Callable[[], object], limit_s: float = PATIENCE_S) -> None:

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import pytest
 from builtin_interfaces.msg import Time
-from conftest import OWN, PATIENCE_S, needs_mounts, start, until
+from conftest import OWN, PATIENCE_S, start, until
 from diagnostic_msgs.msg import DiagnosticArray
 from rcl_interfaces.msg import Log
 from rcl_interfaces.srv import SetParameters
@@ -300,7 +300,7 @@ def test_a_file_that_may_not_grow_is_told_and_what_was_written_can_be_read(tmp_p
     assert 0 < read_bag(out).counts['/ship/imu'] < 12_005
 
 
-@needs_mounts
+@pytest.mark.usefixtures('mounts')
 def test_a_full_disk_is_told_and_the_bag_has_its_end(tmp_path: Path) -> None:
     """The disk is a real one of 700 kB, copied before it goes with its namespace."""
     disk, kept = tmp_path / 'disk', tmp_path / 'kept'

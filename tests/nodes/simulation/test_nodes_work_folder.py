@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from conftest import OWN, needs_mounts
+from conftest import OWN
 
 from tauto_nodes import GraphError
 from tauto_nodes.live import FOLDER_PREFIX
@@ -50,7 +50,7 @@ def test_a_place_that_cannot_be_written_is_named() -> None:
         pass
 
 
-@needs_mounts
+@pytest.mark.usefixtures('mounts')
 def test_a_report_for_which_there_is_no_room_is_told(tmp_path: Path) -> None:
     # The parameters take the only block.
     small = tmp_path / 'small'
