@@ -36,10 +36,10 @@ WORDS = {
 HABITS = {
     # words that a translated sentence repeats: (most in 1,000 of src, of the pages)
     r'\b(that|those) of\b': (0.3, 0.3),
-    r'\bwhere\b': (0.5, 3.5),
+    r'\bwhere\b': (0.5, 1.0),
     r', so that\b': (0.2, 0.2),
-    r'\bwhat (an?|the|it|he|they|its|is|was|are|were|has|had|can|does|did|no)\b': (0.1, 0.9),
-    r'\b(nothing|none|nobody)\b': (0.6, 1.1),
+    r'\bwhat (an?|the|it|he|they|its|is|was|are|were|has|had|can|does|did|no)\b': (0.1, 0.5),
+    r'\b(nothing|none|nobody)\b': (0.6, 0.6),
     r';': (3.0, 3.0),
     r'\b(she|her)\b': (0.1, 0.1),
 }
