@@ -176,19 +176,10 @@ def land(step_s: float, count: int, every: int = 1) -> Forcing:
 
 
 def states(engine: Collocation, step_s: float, logs: int, every: int) -> FloatArray:
-    """Release on land; return the state (x, momentum per inertia) after every so many steps.
+    """Release on land; return (x, momentum per inertia) after every so many steps, (logs, 2).
 
-    The engine keeps the state in twofold numbers. Long doubles, which resolve 1e-19, hold more of
-    their digits than doubles do.
-
-    Args:
-        engine: on land.
-        step_s: length of a step [s], no longer than the engine's own.
-        logs: number of states wanted.
-        every: steps between them.
-
-    Returns:
-        Long doubles, shape (logs, 2).
+    The engine keeps the state in twofold numbers, of which long doubles hold more digits than
+    doubles do. A step is no longer than the engine's own.
     """
     spans = land(step_s, every, every)
     engine.release(spans)

@@ -260,11 +260,9 @@ def advance_batch(
         step: address of heyoka's step, of a batch.
         state: shape (states, ships), a ship's as in `advance_pieces`.
         chains: at the start of each piece, shape (pieces, chains, ships).
-        length: of a piece [s].
-        duration: no further than this [s].
+        length, duration, kick: as of `advance_pieces`.
         sides: sign of theta, a ship; 0 without impulses; changed in place.
         tc: a step's Taylor coefficients, shape (states, order + 1, ships).
-        kick: as of `advance_pieces`.
     """
     states, ships = state.shape
     pieces = len(chains)

@@ -72,12 +72,7 @@ class SeaPieces:
     The linear machine depends on the roll, which is linear in the waves, so one matrix gives its
     chain from their phasors. The other needs gamma' and g_eff, and with impulses the lean.
 
-    Args:
-        numbers: numbers of the problem.
-        sea: sea of the problem.
-        length_s: length of a piece [s].
-        points: number of points at which each piece is fitted.
-        scale: scale of the chains.
+    A piece of `length_s` is fitted at `points` points; the chains are multiplied by `scale`.
     """
 
     def __init__(
@@ -108,12 +103,7 @@ class SeaPieces:
         return np.ascontiguousarray(self.scale * (self._chain @ (self._fit @ table.T)).T)
 
     def blocks(self, begin_s: float, length_s: float) -> Iterator[tuple[float, FloatArray]]:
-        """Yield the remaining time of a stretch [s] and the chains of its next pieces.
-
-        Args:
-            begin_s: beginning of the stretch, from the start [s].
-            length_s: length of the stretch [s].
-        """
+        """Yield the remaining time of a stretch [s] and the chains of its next pieces."""
         sea, now = sea_from(self._sea, begin_s), 0.0
         while now < length_s:
             left = length_s - now
