@@ -36,7 +36,6 @@ from tauto_core.samples import PHASE
 from tauto_core.scene import Scene, Solver, load_scene, parse_scene
 from tauto_core.scene.errors import PropagationError, SceneError
 from tauto_core.scene.times import LEGIBLE
-from tauto_core.ship import ShipMotion
 
 SEED = 1726
 SCENES = 100
@@ -222,7 +221,7 @@ def compared(scene: Scene) -> Comparison:
     """Return the predicted and the actual error of a scene's reading."""
     machine = compile_machine(scene)
     assert not isinstance(machine, FluidPendulum)
-    told = forecast(scene, machine, ShipMotion(scene))
+    told = forecast(scene, machine)
     away = phase_error(scene)
     nominal_s = scene.clock.nominal_period or machine.small_period
     found_s = float(np.max(np.abs(away))) * nominal_s / math.tau
@@ -303,7 +302,7 @@ def compared_long(scene: Scene) -> tuple[Comparison, float]:
     """
     machine = compile_machine(scene)
     assert not isinstance(machine, FluidPendulum)
-    told = forecast(scene, machine, ShipMotion(scene))
+    told = forecast(scene, machine)
     ship = scene.ship.model_copy(update={'rate': FINER_RATE * scene.ship.rate})
     finer = scene.model_copy(update={'ship': ship, 'solver': Solver(tolerance=1e-13)})
     one, other = (sail(each)[PHASE].position[:, 1:3] for each in (scene, finer))

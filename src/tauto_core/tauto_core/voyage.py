@@ -622,7 +622,7 @@ def sail(
         from tauto_core.checks.cost import accuracy_reached, is_steep, missed_words
 
         if scene.states_accuracy or is_steep(scene, machine):
-            reached = accuracy_reached(scene, machine, motion)
+            reached = accuracy_reached(scene, machine)
             if not reached['holds']:
                 warnings.append(missed_words(reached))
     result = {

@@ -12,17 +12,15 @@ import pytest
 import yaml
 
 from tauto_core.checks.cost import (
-    COEFFICIENT_RUNS_S,
-    HEAT_FACTOR,
+    CHUNK,
+    FIRST_CHUNK,
     RELEASED_APART,
-    SLOW_COVARIATE_NS_A_LOG,
     Dial,
     _finer_parts,
     _Growing,
     _Ran,
     extrapolated,
     forecast,
-    step_ns,
     try_out,
     work_s,
 )
@@ -47,7 +45,7 @@ def changed(name, *, duration, rate=None, tolerance=None):
 
 
 def expected(scene):
-    return forecast(scene, compile_machine(scene), ShipMotion(scene))
+    return forecast(scene, compile_machine(scene))
 
 
 @lru_cache
@@ -187,7 +185,7 @@ def test_trials_that_cost_too_much_are_cut(monkeypatch):
     monkeypatch.setattr('tauto_core.checks.cost.COMPILING_S', 0.0)
     shares: list[float] = []
     scene = load_scene('measured', **SLIP)
-    told = forecast(scene, compile_machine(scene), ShipMotion(scene), shares.append)
+    told = forecast(scene, compile_machine(scene), shares.append)
     assert told.was_cut
     assert told.tried_s < 0.5 * scene.duration
     assert shares == sorted(shares)
@@ -202,12 +200,18 @@ def test_measured_motion_is_taken_as_it_is_within_its_pass_band():
     assert told.shortest_wave_s is None
 
 
-@pytest.mark.usefixtures('short_trials')
-def test_cost_goes_with_what_is_done():
-    day, week = (expected(load_scene('portsmouth_jamaica', duration=n * 86_400.0)) for n in (1, 7))
-    start = expected(load_scene('portsmouth_jamaica', duration=60.0)).run_s
-    assert (week.run_s - start) / (day.run_s - start) == pytest.approx(7.0, rel=0.01)
-    assert expected(load_scene('ideal', duration=8_640_000.0)).run_s < day.run_s
+@pytest.mark.parametrize(
+    ('name', 'duration'),
+    [('ideal', 864_000.0), ('globe_in_oil', 3600.0), ('axle_at_sea', 600.0), ('measured', 600.0)],
+)
+def test_the_run_time_scales_the_cost_of_the_beginning(monkeypatch, name, duration):
+    """A clock of the test's own ticks once for a chunk of any length, and at the end."""
+    ticks = map((0.01).__mul__, count())
+    clock = SimpleNamespace(thread_time=lambda: next(ticks))
+    monkeypatch.setattr('tauto_core.checks.cost.time', clock)
+    scene = load_scene(name, duration=duration)
+    per_chunk = 0.01 * scene.samples / CHUNK, 0.01 * scene.samples / FIRST_CHUNK
+    assert per_chunk[0] <= expected(scene).run_s <= 3.0 * per_chunk[1]
 
 
 # -----------------------------------------------------------------------------
@@ -406,20 +410,11 @@ def test_a_motion_that_ends_early_is_tried_up_to_its_end():
     assert 0.0 < try_out(violent, DIAL, 60.0, 2e-12).sampling_s < 1e-6
 
 
-HOT = {'trochlea.material': 'brass', 'air': {'kind': 'constant', 'celsius': 20.0, 'diurnal': 5.0}}
-
-
-def test_hot_machines_take_dearer_steps():
-    cold, hot = (load_scene('involute_weight_at_sea', **more) for more in ({}, HOT))
-    assert step_ns(hot) == HEAT_FACTOR * step_ns(cold)
-    # air without an effect has no cost
-    assert step_ns(load_scene('involute_weight_at_sea', air=HOT['air'])) == step_ns(cold)
-
-
-def test_slow_covariates_cost_by_the_log_and_need_no_runs():
-    air = load_scene('involute_weight_at_sea', **HOT)
-    drift = air.drift.model_copy(update={'covariates': ('temperature',)})
-    slow = work_s(air.model_copy(update={'drift': drift})) - work_s(air)
-    assert slow == pytest.approx(air.log_count * SLOW_COVARIATE_NS_A_LOG * 1e-9, rel=1e-6)
-    drift = air.drift.model_copy(update={'covariates': ('heave',)})
-    assert work_s(air.model_copy(update={'drift': drift})) - work_s(air) > COEFFICIENT_RUNS_S
+def test_work_counts_a_case_an_axle_and_the_duration():
+    """It gives trials their length and ensembles their processes, on every machine alike."""
+    cork, hung = load_scene('involute_weight_at_sea'), {'kind': 'gimbals', 'depth': 0.05}
+    content = yaml.safe_load(scene_yaml(cork)) | {'suspension': hung | {'gyration_radius': 0.12}}
+    assert work_s(parse_scene(yaml.safe_dump(content), 'hung')) > 2.0 * work_s(cork)
+    assert work_s(load_scene('axle_at_sea', duration=cork.duration)) > 100.0 * work_s(cork)
+    twice = load_scene('involute_weight_at_sea', duration=2.0 * cork.duration)
+    assert work_s(twice) == pytest.approx(2.0 * work_s(cork), rel=1e-3)

@@ -33,7 +33,6 @@ from tauto_core.motion.slack import SPANNED
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import ABSENT
 from tauto_core.scene.times import DAY_S
-from tauto_core.ship import ShipMotion
 from tauto_core.voyage import sail
 
 FORCE = {
@@ -320,4 +319,4 @@ def test_the_bound_of_a_bent_swing_keeps_the_accuracy() -> None:
     scene = load_scene('clock_own_cam_weight', **asked)
     machine = compile_machine(scene)
     assert free_end_of(machine, 2).near_phase == NEAR_BENT
-    assert accuracy_reached(scene, machine, ShipMotion(scene))['holds']
+    assert accuracy_reached(scene, machine)['holds']

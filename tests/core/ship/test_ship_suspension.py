@@ -548,9 +548,7 @@ def one_by_one(scene):
 def test_the_forecast_of_a_suspended_clock_counts_its_case():
     scene = load_scene(NAME, duration=120.0)
     free = scene.model_copy(update={'suspension': None})
-    hung, fixed = (
-        forecast(ready, compile_machine(ready), ShipMotion(ready)) for ready in (scene, free)
-    )
+    hung, fixed = (forecast(ready, compile_machine(ready)) for ready in (scene, free))
     assert hung.shortest_wave_s == pytest.approx(math.tau / FAST, rel=1e-12)
     assert hung.run_s > fixed.run_s
     assert 0.0 < hung.error_s < 1e-6

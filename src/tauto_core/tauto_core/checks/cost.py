@@ -1,7 +1,4 @@
-"""The run time of a voyage and the error of its simulation, predicted before it is sailed.
-
-Short trial runs give the error. The time follows from the work of the scene.
-"""
+"""The run time of a voyage and the error of its simulation, predicted by short trial runs."""
 
 from __future__ import annotations
 
@@ -21,7 +18,6 @@ from tauto_core.machines import (
     AxleClock,
     FluidPendulum,
     InPlaceOfWheel,
-    Machine,
     SlackThreadError,
     compile_machine,
 )
@@ -33,7 +29,6 @@ from tauto_core.motion import (
     steps_in,
 )
 from tauto_core.motion.forcing import LEAST_UPWARD
-from tauto_core.navigation.regressors import HEAT, SHAKEN_BY
 from tauto_core.samples import (
     PHASE,
     SHIP_IMU,
@@ -199,6 +194,7 @@ class TrialErrors:
         until_s: time until which the bound is below `LEGIBLE` [s], if it grows exponentially and
             exceeds that before the end, else `None`.
         newton_a_second: steps that took Newton's method, in a second of the motion as asked.
+        cost_a_second: processor time of a second of that motion [s].
         was_cut: whether the processor time ended before the runs were done.
     """
 
@@ -209,16 +205,22 @@ class TrialErrors:
     growth: Growth | None = None
     until_s: float | None = None
     newton_a_second: float = 0.0
+    cost_a_second: float = 0.0
     was_cut: bool = False
 
 
 @dataclass(frozen=True)
 class _Ran:
-    """Half turns and fractions at the logged instants of a run, (n, 2), and how it ended."""
+    """Half turns and fractions at the logged instants of a run, (n, 2), its cost and its end.
+
+    `cost_a_second` is the processor time of a second of motion [s]. It excludes the start, which
+    may compile kernels.
+    """
 
     phases: FloatArray
     newton: int
     was_cut: bool
+    cost_a_second: float = 0.0
 
 
 def try_out(
@@ -269,6 +271,7 @@ def try_out(
         steps_s=None,
         growth=None if growing is None else growing.found,
         newton_a_second=runs[0].newton / max(_length_s(scene, runs[0]), interval_s),
+        cost_a_second=runs[0].cost_a_second,
         was_cut=any(ran.was_cut for ran in runs),
     )
     if trial.was_cut and count < 2:
@@ -400,6 +403,7 @@ def _sailed(scene: Scene, limit: Limit, most_s: float, work: float) -> _Ran:
     """Return the readings of a run until it ends or has used its processor time."""
     motion, stage, phases = ShipMotion(scene), TrochleaStage(scene), [np.empty((0, 2))]
     step_s, chunk, reached_s, spent_s, cut = scene.step_ns / NS_PER_S, FIRST_CHUNK, 0.0, 0.0, False
+    costs = list[list[float]]()
 
     def take(batches: Batches) -> None:
         if PHASE in batches:
@@ -414,6 +418,7 @@ def _sailed(scene: Scene, limit: Limit, most_s: float, work: float) -> _Ran:
         imu = motion.sense(chunk)
         if not len(imu.stamp_ns):
             take(stage.finish())
+            costs[-1][0] += time.thread_time() - began_s
             break
         batches: Batches = {SHIP_IMU: imu}
         if box is not None:
@@ -425,11 +430,13 @@ def _sailed(scene: Scene, limit: Limit, most_s: float, work: float) -> _Ran:
         take(stage.feed(batches))
         took_s, moved_s = time.thread_time() - began_s, len(imu.stamp_ns) * step_s
         spent_s += limit.charge(took_s, work * moved_s, may_compile=reached_s < COMPILED_S)
+        costs.append([took_s, moved_s])
         reached_s += moved_s
         chunk = min(2 * chunk, CHUNK) if took_s < CHUNK_S else max(chunk // 2, FIRST_CHUNK)
         cut = spent_s >= most_s
     newton = int(stage.state()['propagator'].get('newton', 0))
-    return _Ran(np.concatenate(phases), newton, cut)
+    cost_s, moved_s = np.sum(costs[len(costs) // 2 :], axis=0).tolist()
+    return _Ran(np.concatenate(phases), newton, cut, cost_s / moved_s)
 
 
 class _Growing:
@@ -512,40 +519,22 @@ def extrapolated(times: FloatArray, error: FloatArray, end_s: float, rounding_s:
 # -----------------------------------------------------------------------------
 # The run time of a voyage and the error of its simulation.
 #
-# The cost is a rough figure: the number of operations times measured nanoseconds. Errors are those
-# of the simulation relative to its own equations and the exact sea, not the clock's. They are
-# bounds from runs of the beginning (`try_out`), in weather in each sea that may be the worst.
+# The run time is measured in runs of the beginning. Errors are those of the simulation relative to
+# its own equations and the exact sea, not the clock's. They are bounds from the same runs
+# (`try_out`), in weather in each sea that may be the worst.
 
-# Processor times, minimum of four runs of `python -m benchmarks.voyage_cost` (results in
-# benchmarks/voyage_cost.json). Intel Xeon, Python 3.11, kernels compiled and optimised.
-MEASURED_ON = 'a core at 2.3 GHz'
-START_S = {
-    'harmonic': 0.58,
-    'action_angle': 0.58,
-    'half_swings': 0.6,
-    'axle': 0.6,
-    'forced_harmonic': 0.63,
-    'collocation': 0.7,
-}
-SHIP_NS_A_SAMPLE, SHIP_NS_A_COMPONENT = 9.2, 0.065
-FORCED_NS_A_SAMPLE = 25.0
-SUSPENDED_NS_A_SAMPLE, WIDE_NS_A_SAMPLE = 185.0, 525.0
-"""For a case at small and at any angles, with the shorter steps of the wheel in it."""
-NS_A_STEP, NS_AN_EVENT = 780.0, 440.0
-NS_A_NEWTON_STEP = 6900.0
-NS_A_STEP_OF_AXLE, AXLE_PHASE_A_STEP = 2e6, 1.0
-"""For a body on an axle, with uncompiled steps; and the phase of a step [rad]."""
+# Rough processor times. They give trial runs their length, which must not vary with the machine
+# and its load because the bounds follow from it, and ensembles their number of processes.
+NS_A_SAMPLE, NS_A_HUNG_SAMPLE = 50.0, 300.0
+NS_A_STEP = {'axle': 1e6, 'half_swings': 2e4, 'collocation': 1000.0}
+"""For a step of the wheel, by propagator. Those of an axle are not compiled."""
+NS_A_LOG = 1000.0
+AXLE_PHASE_A_STEP = 1.0
+"""Phase of a step of a body on an axle [rad]."""
 AXLE_ERROR = 1e-12
 """Error of the phase by these steps, over the time."""
-NS_A_STEP_OF_THREAD = {'lever': 1100.0, 'hanging': 700.0}
-HEAT_FACTOR = 1.4
-"""Cost factor of a step in which the machine changes with heat or age."""
-NS_A_HALF_SWING = 4800.0
-NS_A_LOG = {'harmonic': 270.0, 'action_angle': 1150.0, 'half_swings': 30_000.0}
-NAVIGATION_NS_A_LOG = 440.0
-COVARIATE_NS_A_SAMPLE, SLOW_COVARIATE_NS_A_LOG = 53.0, 100.0
-COEFFICIENT_RUNS_S = 1.5
-"""Run time of the trial runs of the most expensive machine without a suspension [s]."""
+TIMED_S = 0.1
+"""Approximate processor time of a run that measures the cost of a scene without trials [s]."""
 
 PERIOD_ERROR = 1e-14
 """Largest relative error of a period by quadrature (tests of machines)."""
@@ -575,7 +564,8 @@ class Forecast:
     thirtieth of them (benchmarks/stress_forecast.py).
 
     Attributes:
-        run_s: run time of `tauto sail` without a bag, within a factor of two or three [s].
+        run_s: processor time of `tauto sail` on this machine, without a bag and the start of the
+            program, within a factor of two or three [s].
         steps_a_swing: steps in a full swing, `None` if the propagator takes no steps.
         error_s: bound of all the following together, at least `RESOLUTION_S`. `None` if one of
             them is unknown, or the motion is chaotic and the end unknown.
@@ -624,32 +614,31 @@ class Forecast:
 def forecast(
     scene: Scene,
     machine: AnyMachine | InPlaceOfWheel,
-    motion: ShipMotion,
     progress: Callable[[float], None] | None = None,
     trial_s: float | None = None,
 ) -> Forecast:
-    """Return the expected cost and error of a scene that runs, with its machine and motion.
+    """Return the expected cost and error of a scene that runs, with its machine.
 
     `progress` is called with the fraction done of the trials. They take about `trial_s` of
     processor time, by default `TRIAL_RUN_S`, and as much for growth [s].
     """
     trial_s = TRIAL_RUN_S if trial_s is None else trial_s
     if isinstance(machine, AxleClock):
-        return _forecast_on_axle(scene, machine, motion)
+        return _forecast_on_axle(scene, machine)
     if isinstance(machine, FluidPendulum):
-        return _forecast_in_fluid(scene, machine, motion)
+        return _forecast_in_fluid(scene, machine)
     assert not isinstance(machine, InPlaceOfWheel)
     still, swing_s = scene.lies_still, _swing_s(machine)
-    name, steps = _propagation(scene, machine, swing_s)
+    name = propagator_name(machine, still=still)
+    stepping = name == 'collocation'
     nominal_s = nominal_period_s(scene, machine)
-    run_s = _run_s(scene, name, motion, scene.duration / swing_s, steps)
-    step_s = felt_step_ns(scene) / NS_PER_S if steps is None else swing_s / steps.a_swing
+    step_s = _step_s(scene, machine) if stepping else felt_step_ns(scene) / NS_PER_S
     rounding_s = _rounding_s(scene.duration, step_s, nominal_s)
-    if steps is None and still:
+    if still and not stepping:
         lost_s = scene.duration * PERIOD_ERROR if name == 'action_angle' else 0.0
-        return _of_lost(run_s, lost_s, rounding_s, _shortest_wave_s(scene))
+        return _of_lost(scene, lost_s, rounding_s, _shortest_wave_s(scene))
     seas = scene.ship.worst_seas(scene)
-    longest_s = scene.duration * trial_s / (len(seas) * WORK * (run_s - START_S[name]))
+    longest_s = scene.duration * trial_s / (len(seas) * WORK * work_s(scene))
     if machine.drag and machine.drag.viscous > 2.0 * machine.inertia * machine.frequency:
         longest_s = min(longest_s, CREEP_TRIED_S)
     trials: list[tuple[float, TrialErrors, Scene, dict[str, Any] | None]] = []
@@ -663,7 +652,7 @@ def forecast(
             in_sea,
             Dial(nominal_s, rounding_s),
             longest_s,
-            None if steps is None else tolerance(scene, machine),
+            tolerance(scene, machine) if stepping else None,
             limit,
             sea.lasts_s,
         )
@@ -675,10 +664,9 @@ def forecast(
     newton_a_swing = max(trial.newton_a_second for _, trial, _, _ in trials) * swing_s
     rounding_s += trial.rounding_s
     is_known = math.isfinite(parts_s) and trial.until_s is None
-    a_swing = None if steps is None else max(steps.a_swing, newton_a_swing)
     return Forecast(
-        run_s=run_s + scene.duration / swing_s * newton_a_swing * NS_A_NEWTON_STEP / NS_PER_S,
-        steps_a_swing=a_swing,
+        run_s=scene.duration * trial.cost_a_second,
+        steps_a_swing=max(swing_s / step_s, newton_a_swing) if stepping else None,
         error_s=_stated(parts_s - trial.rounding_s + rounding_s) if is_known else None,
         sampling_error_s=trial.sampling_s,
         steps_error_s=trial.steps_s,
@@ -696,16 +684,14 @@ JUDGED_IN_S = 0.2
 """Approximate processor time of the trials that measure the accuracy of a voyage [s]."""
 
 
-def accuracy_reached(
-    scene: Scene, machine: AnyMachine | InPlaceOfWheel, motion: ShipMotion
-) -> dict[str, Any]:
+def accuracy_reached(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> dict[str, Any]:
     """Return the accuracy that a scene states, and the accuracy of its run [s/day].
 
     `bound_s_per_day` is the bound of `Forecast` over the days of the run, at least one, or `None`.
     `holds` says whether it is within the accuracy, `chaotic` whether small differences grow
     exponentially.
     """
-    result = forecast(scene, machine, motion, trial_s=JUDGED_IN_S)
+    result = forecast(scene, machine, trial_s=JUDGED_IN_S)
     bound = None
     if result.error_s is not None:
         bound = float(result.phase_error_s / max(scene.duration / DAY_S, 1.0))
@@ -752,30 +738,28 @@ def _tell(progress: Callable[[float], None] | None, count: int, seas: int, share
         progress((count + share) / seas)
 
 
-def _forecast_in_fluid(scene: Scene, machine: FluidPendulum, motion: ShipMotion) -> Forecast:
-    half_swings = 2.0 * scene.duration / machine.small_period
-    run_s = _run_s(scene, 'half_swings', motion) + half_swings * NS_A_HALF_SWING / NS_PER_S
+def _forecast_in_fluid(scene: Scene, machine: FluidPendulum) -> Forecast:
     rounding_s = 0.5 * machine.small_period * UNIT_ROUNDING
-    return _of_lost(run_s, scene.duration * PERIOD_ERROR, rounding_s)
+    return _of_lost(scene, scene.duration * PERIOD_ERROR, rounding_s)
 
 
-def _forecast_on_axle(scene: Scene, machine: AxleClock, motion: ShipMotion) -> Forecast:
+def _forecast_on_axle(scene: Scene, machine: AxleClock) -> Forecast:
     """Return cost and error. At sea, or if the axle slips, no bound is known."""
-    step_s = AXLE_PHASE_A_STEP / machine.fastest
-    run_s = _run_s(scene, 'axle', motion)
     is_known = scene.lies_still and machine.contact != 'coulomb'
     return _of_lost(
-        run_s + scene.duration / step_s * NS_A_STEP_OF_AXLE / NS_PER_S,
+        scene,
         scene.duration * AXLE_ERROR if is_known else None,
-        _rounding_s(scene.duration, step_s, machine.small_period),
+        _rounding_s(scene.duration, AXLE_PHASE_A_STEP / machine.fastest, machine.small_period),
         None if scene.lies_still else _shortest_wave_s(scene),
     )
 
 
 def _of_lost(
-    run_s: float, lost_s: float | None, rounding_s: float, shortest_wave_s: float | None = None
+    scene: Scene, lost_s: float | None, rounding_s: float, shortest_wave_s: float | None = None
 ) -> Forecast:
     """Return the forecast of a scene without sampling, with the error of its propagator."""
+    beginning = _beginning(scene, scene.duration * TIMED_S / work_s(scene))
+    run_s = scene.duration * _run(beginning, Limit()).cost_a_second
     error_s = None if lost_s is None else _stated(lost_s + rounding_s)
     return Forecast(
         run_s, None, error_s, None, lost_s, rounding_s, shortest_wave_s=shortest_wave_s
@@ -796,33 +780,30 @@ def _shortest_wave_s(scene: Scene) -> float | None:
 
 
 def work_s(scene: Scene) -> float:
-    """Return the expected processor time of a voyage without the start of its process [s]."""
-    machine, motion = compile_machine(scene), ShipMotion(scene)
-    if isinstance(machine, InPlaceOfWheel):
-        return forecast(scene, machine, motion).run_s - START_S[machine.propagator]
-    swing_s = _swing_s(machine)
-    name, steps = _propagation(scene, machine, swing_s)
-    return _run_s(scene, name, motion, scene.duration / swing_s, steps) - START_S[name]
+    """Return a rough processor time of a voyage from its operations [s].
 
-
-def _propagation(scene: Scene, machine: AnyMachine, swing_s: float) -> tuple[str, _Steps | None]:
-    """Return the propagator of a scene and its steps, if it takes some."""
+    It is the same on every machine. `Forecast.run_s` is measured.
+    """
+    machine = compile_machine(scene)
     name = propagator_name(machine, still=scene.lies_still)
-    if name != 'collocation':
-        return name, None
+    work_ns = scene.samples * NS_A_SAMPLE + scene.log_count * NS_A_LOG
+    if scene.suspension is not None:
+        work_ns += scene.samples * felt_parts(scene) * NS_A_HUNG_SAMPLE
+    if name in NS_A_STEP:
+        work_ns += scene.duration / _step_s(scene, machine) * NS_A_STEP[name]
+    return work_ns / NS_PER_S
+
+
+def _step_s(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> float:
+    """Return the length of a step of the wheel [s]."""
+    if isinstance(machine, AxleClock):
+        return AXLE_PHASE_A_STEP / machine.fastest
+    if isinstance(machine, FluidPendulum):
+        return 0.5 * machine.small_period
+    assert not isinstance(machine, InPlaceOfWheel)
     engine = make_collocation(machine, tolerance(scene, machine))
     piece_s = samples_a_piece(scene, steps_in(engine)) * felt_step_ns(scene) / NS_PER_S
-    step_s = piece_s / math.ceil(piece_s / engine.longest_step_s)
-    kinked = isinstance(machine, Machine) and machine.cam.kinked
-    events = 2 * (int(kinked) + int(scene.escapement is not None))
-    return name, _Steps(swing_s / step_s, events)
-
-
-class _Steps(NamedTuple):
-    """Steps of the collocation in a swing, and its events: impulses and kinks of the cam."""
-
-    a_swing: float
-    events: int
+    return piece_s / math.ceil(piece_s / engine.longest_step_s)
 
 
 def tolerance(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> float:
@@ -871,38 +852,3 @@ def _swing_s(machine: AnyMachine) -> float:
         return machine.period(machine.release_angle)
     except (CamRangeError, SlackThreadError):
         return machine.small_period
-
-
-def _run_s(
-    scene: Scene, name: str, motion: ShipMotion, swings: float = 0.0, steps: _Steps | None = None
-) -> float:
-    facts = motion.metadata
-    channels = 1 + bool(facts.get('heave'))
-    waves = channels * int(facts.get('components', 0)) * float(facts.get('seas_at_once', 1.0))
-    work_ns = scene.log_count * (NAVIGATION_NS_A_LOG + NS_A_LOG.get(name, 0.0))
-    work_ns += motion.total * (SHIP_NS_A_SAMPLE + SHIP_NS_A_COMPONENT * waves)
-    samples = motion.total * felt_parts(scene)
-    named, stated = scene.drift.covariates or (), scene.drift.coefficients
-    moves = sum(name in SHAKEN_BY for name in named)
-    work_ns += motion.total * COVARIATE_NS_A_SAMPLE * moves
-    work_ns += scene.log_count * SLOW_COVARIATE_NS_A_LOG * (len(named) - moves)
-    if any(getattr(stated, name, None) is None for name in named if name not in HEAT):
-        work_ns += COEFFICIENT_RUNS_S * NS_PER_S
-    if scene.suspension is not None:
-        wide = scene.suspension.large_angles
-        work_ns += samples * (WIDE_NS_A_SAMPLE if wide else SUSPENDED_NS_A_SAMPLE)
-    if name == 'forced_harmonic':
-        work_ns += samples * FORCED_NS_A_SAMPLE
-    if steps is not None:
-        work_ns += swings * (steps.a_swing * step_ns(scene) + steps.events * NS_AN_EVENT)
-    return START_S[name] + work_ns / NS_PER_S
-
-
-def step_ns(scene: Scene) -> float:
-    """Return the cost of a step of the collocation, by thread and heat [ns]."""
-    if scene.trochlea is None:
-        return NS_A_STEP
-    heat = scene.trochlea.parts(scene.g, scene.drag).heat
-    changes = heat.thickening > 0.0 or (scene.air is not None and heat.feels_temperature)
-    cold_ns = NS_A_STEP_OF_THREAD.get(scene.trochlea.thread.kind, NS_A_STEP)
-    return cold_ns * (HEAT_FACTOR if changes else 1.0)

@@ -11,7 +11,6 @@ import numpy as np
 
 from tauto_core.checks.cost import (
     LONGEST_TRIAL_S,
-    MEASURED_ON,
     RESOLUTION_S,
     Waves,
     forecast,
@@ -643,7 +642,7 @@ def scene_facts(scene: Scene, progress: Callable[[float], None] | None = None) -
         *_wandering(scene, machine),
     ]
     name = propagator_name(machine, still=scene.lies_still)
-    expected = forecast(scene, machine, motion, progress)
+    expected = forecast(scene, machine, progress)
     stepping = expected.steps_a_swing is not None
     slack = slack_thread(scene)
     # small swings on cheeks that are rooted in the axle have no period
@@ -660,7 +659,7 @@ def scene_facts(scene: Scene, progress: Callable[[float], None] | None = None) -
             'accuracy': scene.accuracy,
             'resolution_s': RESOLUTION_S,
             'longest_trial_s': LONGEST_TRIAL_S,
-            'measured_on': MEASURED_ON,
+            'measured_on': 'this machine',
         },
         'ship': scene.ship.kind,
         **({scene.ship.reported_as: motion.metadata} if scene.ship.reported_as else {}),

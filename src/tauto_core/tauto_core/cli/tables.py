@@ -216,7 +216,9 @@ def facts_table(facts: dict[str, Any]) -> RenderableType:
     table.add_row('not simulated', '\n'.join(map(_left_out_words, never)))
     run = span(expected['run_s'], digits=1)
     machine = expected['measured_on']
-    table.add_row('expected run time', f'roughly {run} without a bag, on {machine}')
+    table.add_row(
+        'expected run time', f'roughly {run} after the start, without a bag, on {machine}'
+    )
     table.add_row('expected error', '\n'.join(_error_lines(facts)))
     table.add_section()
     return Group(table, weather_table(facts['weather'])) if 'weather' in facts else table

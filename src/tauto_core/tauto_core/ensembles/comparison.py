@@ -17,7 +17,7 @@ from typing import Any, Literal, TypeAlias, cast
 import numpy as np
 
 from tauto_core import voyage
-from tauto_core.checks.cost import step_ns, work_s
+from tauto_core.checks.cost import work_s
 from tauto_core.checks.readiness import check_known, check_scene
 from tauto_core.clockwork.trochlea import on_first_day, regulated_period_s
 from tauto_core.ensembles.rows import Voyages, figures_of, has_arrived, sail
@@ -510,14 +510,12 @@ def compare(
 
 
 def in_one_sea(entries: Sequence[Entry], jobs: int) -> list[list[tuple[int, Entry]]]:
-    """Return the entries that sail together with their places, the costliest first.
+    """Return the entries that sail together with their places, the costly hung cases first.
 
     If there are fewer seas than processes, the clocks of a sea are divided.
     """
     seas: dict[str, list[tuple[int, Entry]]] = {}
-    # the motion of a suspended case costs more than any kind of thread
-    costs = [(entry.hung, step_ns(entry.scene)) for entry in entries]
-    for place in sorted(range(len(entries)), key=costs.__getitem__, reverse=True):
+    for place in sorted(range(len(entries)), key=lambda place: not entries[place].hung):
         sea = repr(_passage(entries[place].scene))
         seas.setdefault(sea, []).append((place, entries[place]))
     parts = math.ceil(jobs / len(seas))
