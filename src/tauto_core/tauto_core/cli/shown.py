@@ -188,9 +188,9 @@ def altitudes(found: dict[str, Any], _as_json: bool, _: Given) -> Said:
         for name, size in found.items()
         if name != 'errors'
     ]
-    heads = 'wrong by', 'latitude nmi', "declination '", 'culmination s'
+    heads = f'{"wrong by":22}', 'latitude nmi', "declination '", 'culmination s'
     rows = (
-        (of, *(printed(size, '+.4f') for size in sizes))
+        (f'{of:22}', *(printed(size, '+.4f') for size in sizes))
         for of, *sizes in map(dict.values, found['errors'])
     )
     return '\n'.join([*lines, *_aligned([heads, *rows])])
