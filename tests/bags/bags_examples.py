@@ -134,6 +134,6 @@ def assert_same(one: s.Samples, other: s.Samples) -> None:
 
 def all_batches(n: int = 40) -> s.Batches:
     """n samples of every topic of the table, and one scene."""
-    batches = {name: example(topic.samples, n) for name, topic in TOPICS.items()}
+    batches = {name: example(topic.message.samples, n) for name, topic in TOPICS.items()}
     batches[s.SCENE] = s.text(START_NS, 'name: a scene\n')
     return batches

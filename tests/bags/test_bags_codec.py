@@ -35,7 +35,7 @@ def test_a_type_of_each_message_is_tested() -> None:
 
 @EACH
 def test_equals_the_library_byte_for_byte(topic: str) -> None:
-    samples = example(TOPICS[topic].samples, 9)
+    samples = example(TOPICS[topic].message.samples, 9)
     assert encode(topic, samples) == library_payloads(TOPICS[topic].ros_type, samples)
 
 
@@ -65,7 +65,7 @@ def test_equals_rclpy_but_for_its_padding(topic: str) -> None:
         package, _, kind = name.split('/')
         return getattr(importlib.import_module(f'{package}.msg'), kind)()
 
-    samples = example(TOPICS[topic].samples, 4)
+    samples = example(TOPICS[topic].message.samples, 4)
     for i, payload in enumerate(encode(topic, samples)):
         message = fill(make, samples, i)
         theirs = bytes(serialization.serialize_message(message))
@@ -79,7 +79,7 @@ def test_equals_rclpy_but_for_its_padding(topic: str) -> None:
 
 @EACH
 def test_reads_what_a_big_endian_machine_publishes(topic: str) -> None:
-    samples = example(TOPICS[topic].samples, 5)
+    samples = example(TOPICS[topic].message.samples, 5)
     payloads = library_payloads(TOPICS[topic].ros_type, samples, little_endian=False)
     assert payloads[0][:2] == b'\x00\x00'
     assert_same(samples, decode(topic, payloads, samples.stamp_ns))
@@ -99,7 +99,7 @@ def test_payloads_of_different_layout_keep_their_order() -> None:
 @EACH
 @pytest.mark.parametrize('n', [0, 1, 2])
 def test_few_samples(topic: str, n: int) -> None:
-    samples = example(TOPICS[topic].samples, n)
+    samples = example(TOPICS[topic].message.samples, n)
     back = decode(topic, encode(topic, samples), samples.stamp_ns)
     assert s.count(back) == n
     if n:
@@ -145,7 +145,7 @@ def test_text_comes_back_with_the_log_time(texts: list[str]) -> None:
 
 @EACH
 def test_a_cut_payload_is_refused_at_every_byte(topic: str) -> None:
-    samples = example(TOPICS[topic].samples, 1)
+    samples = example(TOPICS[topic].message.samples, 1)
     (payload,) = encode(topic, samples)
     for length in range(len(payload)):
         with pytest.raises(BagError, match=topic):
@@ -155,7 +155,7 @@ def test_a_cut_payload_is_refused_at_every_byte(topic: str) -> None:
 @EACH
 @given(data=st.data())
 def test_any_bytes_are_decoded_or_refused(topic: str, data: st.DataObject) -> None:
-    (payload,) = encode(topic, example(TOPICS[topic].samples, 1))
+    (payload,) = encode(topic, example(TOPICS[topic].message.samples, 1))
     damaged = bytearray(payload)
     for at in data.draw(st.lists(st.integers(0, len(payload) - 1), min_size=1, max_size=4)):
         damaged[at] = data.draw(st.integers(0, 255))
@@ -177,7 +177,7 @@ def test_any_bytes_are_decoded_or_refused(topic: str, data: st.DataObject) -> No
 def test_messages_of_two_sources_on_a_topic_are_refused(
     topic: str, change: dict[str, Any], problem: str
 ) -> None:
-    first: Any = example(TOPICS[topic].samples, 1)
+    first: Any = example(TOPICS[topic].message.samples, 1)
     payloads = encode(topic, first) + encode(topic, replace(first, **change))
     with pytest.raises(BagError, match=problem):
         decode(topic, payloads, stamps(2))
@@ -246,9 +246,9 @@ def test_arrays_that_numpy_would_broadcast_are_refused() -> None:
 
 @EACH
 def test_header_stamp(topic: str) -> None:
-    if not TOPICS[topic].stamped:
+    if not TOPICS[topic].message.stamped:
         return
-    samples = example(TOPICS[topic].samples, 3)
+    samples = example(TOPICS[topic].message.samples, 3)
     payloads = encode(topic, samples)
     big = library_payloads(TOPICS[topic].ros_type, samples, little_endian=False)
     for found in (payloads, big):

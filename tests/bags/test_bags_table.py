@@ -69,15 +69,14 @@ def flatten(name: str, path: str = '') -> list[tuple[str, str]]:
 
 @pytest.mark.parametrize('topic', TOPICS.values(), ids=TOPICS)
 def test_offered_qos_is_what_rosbag2_spells(topic: Topic) -> None:
-    profiles = offered_qos(topic)
+    profiles = offered_qos(topic.depth, latched=topic.latched)
     assert dump_qos_v9(parse_qos(yaml.safe_dump(profiles))) == profiles
 
 
 def test_only_the_scene_is_latched() -> None:
-    latched = [topic.name for topic in TOPICS.values() if topic.latched]
-    assert latched == [s.SCENE]
-    assert offered_qos(TOPICS[s.SCENE])[0]['durability'] == 'transient_local'
-    assert offered_qos(TOPICS[s.SHIP_IMU])[0]['durability'] == 'volatile'
+    assert [topic.name for topic in TOPICS.values() if topic.latched] == [s.SCENE]
+    durability = [offered_qos(1, latched=latched)[0]['durability'] for latched in (True, False)]
+    assert durability == ['transient_local', 'volatile']
 
 
 def test_the_page_of_topics_has_each_topic_and_its_message() -> None:

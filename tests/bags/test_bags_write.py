@@ -100,7 +100,8 @@ def test_mcap_finds_profile_times_sequence_and_qos(tmp_path: Path) -> None:
     for _, channel, message in rows:
         assert message.publish_time == message.log_time
         qos = yaml.safe_load(channel.metadata['offered_qos_profiles'])
-        assert qos == offered_qos(TOPICS[channel.topic.lstrip('/')])
+        topic = TOPICS[channel.topic.lstrip('/')]
+        assert qos == offered_qos(topic.depth, latched=topic.latched)
         sequences[channel.topic].append(message.sequence)
     assert sequences['/ship/imu'] == list(range(1, 41))
     stored = [message.log_time for _, _, message in rows]

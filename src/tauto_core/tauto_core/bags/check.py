@@ -27,7 +27,14 @@ from tauto_core.bags.read import (
     open_mcap,
 )
 from tauto_core.bags.table import MESSAGE_TYPES
-from tauto_core.bags.write import CUT_SHORT, BagWriter, DeclaredTopic, check_folder, definition_of
+from tauto_core.bags.write import (
+    CUT_SHORT,
+    QOS,
+    TYPE_HASH,
+    BagWriter,
+    check_folder,
+    definition_of,
+)
 from tauto_core.files import LARGEST_YAML, YamlError, read_yaml
 from tauto_core.samples import SCENE
 from tauto_core.scene.errors import Argument, ArgumentText, BagError, BagPlaceError
@@ -381,13 +388,12 @@ def _check_scene(report: BagReport) -> None:
         report.notes.append(needs)
         return
     file = bag.files[0]
-    for span in file.spans[:1]:
-        with file.path.open('rb') as stream:
-            for message in file.messages(span, stream):
-                name = file.channels[message.channel].topic
-                if name not in scenes:
-                    report.notes.append(f'the first message is of {name}, not of {scenes[0]}')
-                break
+    with file.path.open('rb') as stream:
+        for span in file.spans[:1]:
+            first = next(file.messages(span, stream), None)
+            name = file.channels[first.channel].topic if first else scenes[0]
+            if name not in scenes:
+                report.notes.append(f'the first message is of {name}, not of {scenes[0]}')
 
 
 # -----------------------------------------------------------------------------
@@ -459,16 +465,11 @@ def recover_bag(path: Path, out: Path | None = None, *, keep_corrupt: bool = Fal
                             keys[key] = channel.topic
                             is_known = channel.ros_type in MESSAGE_TYPES
                             computed = definition_of(channel.ros_type)[1] if is_known else ''
-                            declared = DeclaredTopic(
-                                channel.topic,
-                                channel.ros_type,
-                                channel.definition,
-                                channel.metadata.get('offered_qos_profiles', ''),
-                                channel.metadata.get('topic_type_hash', '') or computed,
-                                channel.encoding,
-                                channel.definition_encoding,
-                            )
-                            writer.declare(key, declared)
+                            metadata = {
+                                QOS: channel.metadata.get(QOS, ''),
+                                TYPE_HASH: channel.metadata.get(TYPE_HASH, '') or computed,
+                            }
+                            writer.declare(key, channel._replace(metadata=metadata))
                         writer.copy(key, message)
         writer.describe(report.custom)
         holes = holes_in(report.custom)

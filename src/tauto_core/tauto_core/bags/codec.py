@@ -75,7 +75,7 @@ def template(topic: str, texts: tuple[Text, ...]) -> tuple[bytes, np.dtype[np.vo
     """
     out = bytearray(_LITTLE_ENDIAN)
     variable = iter(texts)
-    for field in TOPICS[topic].fields:
+    for field in TOPICS[topic].message.fields:
         if field.kind in NUMBERS:
             size = np.dtype(NUMBERS[field.kind]).itemsize
             _align(out, size)

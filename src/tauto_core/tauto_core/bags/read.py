@@ -141,7 +141,10 @@ ENTRY = struct.Struct('<QQ')
 
 
 class Channel(NamedTuple):
-    """A topic as one writer recorded it."""
+    """A topic as declared in a bag: full name, type and its definition.
+
+    The metadata of rosbag2 are the QoS as YAML and the hash of the type.
+    """
 
     topic: str
     ros_type: str

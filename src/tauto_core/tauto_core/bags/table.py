@@ -141,7 +141,7 @@ class Topic:
 
     Args:
         name: relative name.
-        message: message type with `ros_type` and `samples`.
+        message: message type.
         node: the node that publishes it.
         meaning: the meaning of the values.
         depth: KEEP_LAST depth.
@@ -159,21 +159,6 @@ class Topic:
     def ros_type(self) -> str:
         """Full name of the ROS type, for example `sensor_msgs/msg/Imu`."""
         return self.message.name
-
-    @property
-    def samples(self) -> type[s.Samples]:
-        """The class of the topic's batches."""
-        return self.message.samples
-
-    @property
-    def fields(self) -> tuple[Field, ...]:
-        """The fields of the message in the order of serialisation."""
-        return self.message.fields
-
-    @property
-    def stamped(self) -> bool:
-        """Whether the message has a header. If not, its stamp is the log time."""
-        return self.message.stamped
 
 
 TOPICS: dict[str, Topic] = {
@@ -271,13 +256,8 @@ TOPICS: dict[str, Topic] = {
 }
 
 
-def offered_qos(topic: Topic) -> list[dict[str, Any]]:
-    """Return the QoS that the publisher offers, spelt as in rosbag2 metadata version 9."""
-    return spelt_qos(topic.depth, latched=topic.latched)
-
-
-def spelt_qos(depth: int, *, latched: bool) -> list[dict[str, Any]]:
-    """Return the QoS of a reliable publisher with KEEP_LAST, in the same spelling."""
+def offered_qos(depth: int, *, latched: bool) -> list[dict[str, Any]]:
+    """Return the QoS of a reliable publisher with KEEP_LAST, spelt as in rosbag2 metadata 9."""
     infinite = {'sec': 9223372036, 'nsec': 854775807}
     return [
         {

@@ -23,8 +23,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self
 import numpy as np
 
 from tauto_core.bags.codec import encode
-from tauto_core.bags.read import MAGIC, MESSAGE, MESSAGE_HEAD, METADATA, RecordedMessage
-from tauto_core.bags.table import TOPICS, Topic, spelt_qos
+from tauto_core.bags.read import MAGIC, MESSAGE, MESSAGE_HEAD, METADATA, Channel, RecordedMessage
+from tauto_core.bags.table import TOPICS, Topic, offered_qos
 from tauto_core.files import DRAFTS, one_writer, put_in_place, sync_folder, write_whole
 from tauto_core.samples import SCENE, Batches, count
 from tauto_core.scene.errors import Argument, BagError, BagPlaceError, TautoWarning
@@ -58,18 +58,6 @@ _PIECE_BYTES = 1 << 20
 _ROOM_BYTES = 16 * 1024
 
 _NO_STAMP_NS = 2**64 - 1  # the largest stamp of MCAP, above any other
-
-
-class DeclaredTopic(NamedTuple):
-    """A topic as declared in a bag: full name, type and its definition, QoS as YAML, type hash."""
-
-    name: str
-    ros_type: str
-    definition: bytes
-    qos: str
-    type_hash: str
-    encoding: str = 'cdr'
-    definition_encoding: str = 'ros2msg'
 
 
 class _Pending(NamedTuple):
@@ -151,14 +139,10 @@ class McapOut:
         stored = self._stored
         return (stored.first_ns, stored.last_ns) if stored.chunks else None
 
-    @property
-    def end(self) -> int:
-        """End of the last chunk [bytes]."""
-        return self._stored.end
-
-    def add_channel(self, declared: DeclaredTopic) -> int:
+    def add_channel(self, declared: Channel) -> int:
         """Register a topic. Return its channel's number, from 1."""
-        from mcap.records import Channel, Schema
+        from mcap.records import Channel as ChannelRecord
+        from mcap.records import Schema
 
         ros_type = declared.ros_type
         if ros_type not in self._schemas:
@@ -173,15 +157,12 @@ class McapOut:
             )
         self._channels += 1
         self._define(
-            Channel(
+            ChannelRecord(
                 id=self._channels,
                 schema_id=self._schemas[ros_type],
-                topic=declared.name,
+                topic=declared.topic,
                 message_encoding=declared.encoding,
-                metadata={
-                    'offered_qos_profiles': declared.qos,
-                    'topic_type_hash': declared.type_hash,
-                },
+                metadata=dict(declared.metadata),
             )
         )
         return self._channels
@@ -208,7 +189,7 @@ class McapOut:
         from mcap.records import DataEnd, Metadata, MetadataIndex
 
         self.flush()
-        end = self.end
+        end = self._stored.end
         described = _record(Metadata('rosbag2', {'serialized_metadata': metadata}))
         data_end = _record(DataEnd(0))
         index = MetadataIndex(offset=end, length=len(described), name='rosbag2')
@@ -298,11 +279,11 @@ class McapOut:
         indices = b''
         offsets: dict[int, int] = {}
         for channel, entries in rows.items():
-            offsets[channel] = self.end + len(chunk) + len(indices)
+            offsets[channel] = self._stored.end + len(chunk) + len(indices)
             body = struct.pack(f'<{2 * len(entries)}Q', *chain.from_iterable(entries))
             indices += _MESSAGE_INDEX.pack(0x07, 6 + len(body), channel, len(body)) + body
         index = ChunkIndex(
-            chunk_start_offset=self.end,
+            chunk_start_offset=self._stored.end,
             chunk_length=len(chunk),
             compressed_size=len(packed),
             message_index_length=len(indices),
@@ -394,6 +375,9 @@ def _record(record: McapRecord) -> bytes:
 
 # -----------------------------------------------------------------------------
 # The folder of a bag, which one process writes at a time and puts in place as a whole.
+
+QOS, TYPE_HASH = 'offered_qos_profiles', 'topic_type_hash'
+"""Metadata of a channel."""
 
 CUT_SHORT = {'cut_short': True}
 """Metadata of a bag that ended before its voyage."""
@@ -547,7 +531,7 @@ class BagWriter:
         self._replaces = False
         self._held = ExitStack()
         self._channels: dict[str, int] = {}
-        self._declared: dict[str, DeclaredTopic] = {}
+        self._declared: dict[str, Channel] = {}
         self._custom = {'tauto_core': identity()}
         self.counts: dict[str, int] = {}
         """Messages written, by relative topic, in the order of their first message."""
@@ -613,7 +597,7 @@ class BagWriter:
         size = sum(len(name) + len(fact.encode()) for name, fact in self._custom.items())
         self._file.described_bytes = 3 * size
 
-    def declare(self, key: str, declared: DeclaredTopic) -> None:
+    def declare(self, key: str, declared: Channel) -> None:
         """Add a topic that need not be in the table, under a key for `copy`."""
         self.counts[key] = 0
         self._declared[key] = declared
@@ -698,11 +682,11 @@ class BagWriter:
             'topics_with_message_count': [
                 {
                     'topic_metadata': {
-                        'name': declared.name,
+                        'name': declared.topic,
                         'type': declared.ros_type,
                         'serialization_format': declared.encoding,
-                        'offered_qos_profiles': read_yaml(declared.qos) or [],
-                        'type_description_hash': declared.type_hash,
+                        'offered_qos_profiles': read_yaml(declared.metadata[QOS]) or [],
+                        'type_description_hash': declared.metadata[TYPE_HASH],
                     },
                     'message_count': self.counts[key],
                 }
@@ -759,7 +743,7 @@ def _topic(name: str) -> Topic:
     return TOPICS[name]
 
 
-def declared_topic(name: str, ros_type: str, depth: int, *, latched: bool) -> DeclaredTopic:
+def declared_topic(name: str, ros_type: str, depth: int, *, latched: bool) -> Channel:
     """Return a topic of a standard type, as a bag declares it. BagError for another type."""
     import yaml
     from rosbags.typesys.base import TypesysError
@@ -771,8 +755,9 @@ def declared_topic(name: str, ros_type: str, depth: int, *, latched: bool) -> De
             f'{name}: {ros_type} is not one of the standard types of Jazzy, so a bag of Tauto '
             'cannot declare it. Record it by ros2 bag'
         ) from error
-    qos = yaml.safe_dump(spelt_qos(depth, latched=latched), sort_keys=False).strip()
-    return DeclaredTopic(name, ros_type, text.encode(), qos, type_hash)
+    qos = yaml.safe_dump(offered_qos(depth, latched=latched), sort_keys=False).strip()
+    metadata = {QOS: qos, TYPE_HASH: type_hash}
+    return Channel(name, ros_type, 'cdr', text.encode(), 'ros2msg', metadata)
 
 
 # Fields of Quaternion and NavSatStatus, and the same with the default values that Jazzy gives

@@ -28,7 +28,7 @@ from tauto_core.files import one_writer
 from tauto_core.scene.errors import TautoError, spelled
 from tauto_nodes import NodesError, ParameterError, as_parameter
 from tauto_nodes.live.node import GraphNode
-from tauto_nodes.live.parameters import RCLError, UnknownROSArgsError, check_executor
+from tauto_nodes.live.parameters import RCLError, UnknownROSArgsError
 
 # -----------------------------------------------------------------------------
 # How nodes find each other.
@@ -108,10 +108,9 @@ def die_with_supervisor() -> None:
 
 
 def executor_named(name: str) -> Any:
-    """Return the executor `events` or `single`. ParameterError if this rclpy lacks it."""
+    """Return the executor `events` or `single`. `check_executor` tells whether there is one."""
     if name == 'single':
         return SingleThreadedExecutor()
-    check_executor(name)
     from rclpy.experimental.events_executor import EventsExecutor
 
     return EventsExecutor()
@@ -128,9 +127,8 @@ class Signals:
         numbers = (signal.SIGINT, signal.SIGTERM)
         self._before = {number: signal.signal(number, self.note) for number in numbers}
 
-    def note(self, number: int, frame: FrameType | None) -> None:
+    def note(self, number: int, _: FrameType | None) -> None:
         """Handle a signal."""
-        del frame
         self.came = self.came or number
 
     def __enter__(self) -> Signals:

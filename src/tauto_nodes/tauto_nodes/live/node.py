@@ -381,7 +381,8 @@ class GraphNode(Node):
         self._soon: Any = None
         self._intakes: dict[str, Intake] = {}
         self._left_aside: dict[str, int] = {}
-        self._alarm: tuple[float, str] | None = None
+        self.last_alarm = 0.0, ''
+        """Time [s], by `time.monotonic()`, and words of the last `alarm`."""
 
     # For subclasses.
 
@@ -452,22 +453,9 @@ class GraphNode(Node):
         if self._left_aside[key] == 1:
             self.get_logger().warning(f'{topic}: {words} (counted as {reason})')
 
-    def twins(self) -> list[str]:
-        """Return the nodes that are named like this one, itself included."""
-        own = self.get_fully_qualified_name()
-        others = self.get_node_names_and_namespaces()
-        full = [f'{place.rstrip("/")}/{name}' for name, place in others]
-        return [name for name in full if name == own]
-
     def alarm(self, words: str) -> None:
         """Report an error in /diagnostics for a while."""
-        self._alarm = time.monotonic(), words
-
-    def recent_alarm(self, now_s: float) -> str:
-        """Return the last alarm of the last `RECENT_S`, or an empty text."""
-        if self._alarm is None or now_s - self._alarm[0] > RECENT_S:
-            return ''
-        return self._alarm[1]
+        self.last_alarm = time.monotonic(), words
 
     # Errors.
 
@@ -755,16 +743,19 @@ def _findings(node: GraphNode, now_s: float, risen: dict[str, int]) -> Iterator[
         return
     if node.trouble:
         yield error, node.trouble
-    if passed := node.recent_alarm(now_s):
-        yield error, passed
+    alarmed_s, words = node.last_alarm
+    if words and now_s - alarmed_s <= RECENT_S:
+        yield error, words
     yield from _missing(node, now_s)
     for stranger in node.flow.strangers() if node.flow is not None else ():
         yield warn, stranger
     for topic, source in node.inputs.items():
         if source.matched > 1 and not source.is_shared:
             yield warn, f'several publishers on {topic}: {", ".join(node.sources_of(topic))}'
-    if len(twins := node.twins()) > 1:
-        yield warn, f'{len(twins)} nodes are named {twins[0]}'
+    name = node.get_fully_qualified_name()
+    others = node.get_node_names_and_namespaces()
+    if (number := sum(f'{place.rstrip("/")}/{one}' == name for one, place in others)) > 1:
+        yield warn, f'{number} nodes are named {name}'
     for notice in node.notices:
         yield warn, notice
     if risen:

@@ -129,10 +129,6 @@ class StateFile:
         head = json.dumps({**self._head, 'sha256': hashlib.sha256(body).hexdigest()}).encode()
         write_whole(self.path, head + b'\n' + body)
 
-    def remove(self) -> None:
-        """Remove the file: the run is over."""
-        self.path.unlink(missing_ok=True)
-
     def _refused(self, why: str) -> ParameterError:
         return ParameterError(
             f'{self.path} {why}. Move it away to start with a dial that is set again, or name '
@@ -267,26 +263,23 @@ class Mounting:
                     self._transforms = StaticTransforms(self._node)
             self._mount = None if self._transforms is None else self._transforms.to_clock(frame)
             if self._mount is None:
-                self._refuse(frame)
-            else:
-                self._frame, self.trouble = frame, ''
-                self._node.get_logger().info(f'{SHIP_IMU}: frame {short(frame)} is turned by tf2')
-        return None if self._mount is None else mounted(samples, self._mount)
-
-    def _refuse(self, frame: str) -> None:
-        asked = (
-            'tf2 has no static transform from it'
-            if self._transforms is not None
-            else 'tf2_ros is not installed here'
-        )
-        words = (
-            f'{SHIP_IMU}: frame {short(frame)} is not {MOUNT_FRAME} (x forward, y to port, z up), '
-            f'and {asked}. Its messages are ignored. Give the mounting of the sensor: '
-            'imu_rotation'
-        )
-        if words != self.trouble:
-            self._node.get_logger().error(words)
-        self.trouble = words
+                asked = (
+                    'tf2 has no static transform from it'
+                    if self._transforms is not None
+                    else 'tf2_ros is not installed here'
+                )
+                words = (
+                    f'{SHIP_IMU}: frame {short(frame)} is not {MOUNT_FRAME} (x forward, y to '
+                    f'port, z up), and {asked}. Its messages are ignored. Give the mounting of '
+                    'the sensor: imu_rotation'
+                )
+                if words != self.trouble:
+                    self._node.get_logger().error(words)
+                self.trouble = words
+                return None
+            self._frame, self.trouble = frame, ''
+            self._node.get_logger().info(f'{SHIP_IMU}: frame {short(frame)} is turned by tf2')
+        return mounted(samples, self._mount)
 
 
 # -----------------------------------------------------------------------------
@@ -376,7 +369,7 @@ class StageNode(GraphNode):
         """Send the last results of the stage, and remove its state."""
         self._send(self.stage.finish())
         if self._file is not None:
-            self._file.remove()
+            self._file.path.unlink(missing_ok=True)
 
     def tick(self) -> None:
         """Save the state when it is due."""

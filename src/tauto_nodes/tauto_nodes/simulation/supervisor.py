@@ -48,13 +48,6 @@ class Child:
     process: subprocess.Popen[bytes]
     log: Path
 
-    def ended(self) -> str:
-        """Return how it ended, or an empty text while it runs."""
-        code = self.process.poll()
-        if code is None:
-            return ''
-        return f'by {signal.Signals(-code).name}' if code < 0 else f'with exit code {code}'
-
     def said(self) -> str:
         """Return the last lines that it wrote."""
         return '\n'.join(self.lines()[-25:])
@@ -141,8 +134,10 @@ class Supervisor:
     def died(self, name: str) -> GraphError:
         """Return the error that says how a node ended, with its last output."""
         child = next(child for child in self.children if child.name == name)
+        code = child.process.wait()
+        how = f'by {signal.Signals(-code).name}' if code < 0 else f'with exit code {code}'
         return GraphError(
-            f'node {name} ended {child.ended()} before the voyage did. It said:\n'
+            f'node {name} ended {how} before the voyage did. It said:\n'
             + (child.said() or 'nothing')
         )
 
