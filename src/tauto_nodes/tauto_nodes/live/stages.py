@@ -41,7 +41,7 @@ from tauto_core.samples import (
 from tauto_core.scene import Scene, scene_yaml
 from tauto_core.scene.errors import BagError
 from tauto_core.scene.times import MAX_GAP_S
-from tauto_core.ship.imu import MOUNT_FRAME, mounted, quaternion_of_angles
+from tauto_core.ship.imu import MOUNT_FRAME, RollSample, mounted, quaternion_of_angles
 from tauto_core.version import code
 from tauto_core.voyage import compile_kernels, refused_words
 from tauto_nodes import NodesError, ParameterError
@@ -71,6 +71,7 @@ _SAMPLES = {
         DialSetting,
         DialRun,
         ShownReading,
+        RollSample,
     )
 }
 _DTYPES = ('<f8', '<i8', '|b1', '|i1', '|u1', '<u2', '<i4')
@@ -139,23 +140,24 @@ class StateFile:
 def _packed(value: Any) -> Any:
     """Return a value of a state as JSON can hold it."""
     match value:
-        case None | bool() | int() | float() | str():
-            packed: Any = value.item() if isinstance(value, np.generic) else value
         case np.generic():
-            packed = value.item()
+            packed: Any = value.item()
+        case None | bool() | int() | float() | str():
+            packed = value
         case np.ndarray() if value.dtype == object:
             packed = {'objects': [_packed(one) for one in value.tolist()]}
         case np.ndarray():
             octets = base64.b64encode(np.ascontiguousarray(value).tobytes()).decode()
             packed = {'array': [value.dtype.str, list(value.shape), octets]}
-        case tuple():
+        case tuple() if type(value) is tuple:
             packed = {'tuple': [_packed(one) for one in value]}
         case list():
             packed = [_packed(one) for one in value]
         case Mapping():
             packed = {'items': [[_packed(key), _packed(one)] for key, one in value.items()]}
         case _ if type(value).__name__ in _SAMPLES:
-            packed = {'samples': [type(value).__name__, _packed(vars(value))]}
+            fields = value._asdict() if isinstance(value, RollSample) else vars(value)
+            packed = {'samples': [type(value).__name__, _packed(fields)]}
         case _:
             raise TypeError(f'a state holds {type(value).__name__}, which has no spelling')
     return packed
