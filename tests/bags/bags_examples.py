@@ -1,9 +1,11 @@
 """Batches with a value in every field, and payloads made by other programs."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+from mcap.writer import Writer as McapWriter
 from rosbags.typesys import Stores, get_typestore
 
 from tauto_core import samples as s
@@ -118,6 +120,24 @@ def library_payloads(
         return bytes(STORE.serialize_cdr(message, ros_type, little_endian=little_endian))
 
     return [serialised(i) for i in range(s.count(samples))]
+
+
+Channels = Mapping[str, tuple[str, str, Iterable[tuple[int, bytes]]]]
+"""Type, encoding, and log times [ns] with payloads of each topic."""
+
+
+def mcap_file(path: Path, channels: Channels, definition: bytes = b'', **options: Any) -> Path:
+    """A bare file by the mcap library: message k is published 7 ns late, with number 5 k."""
+    with path.open('wb') as stream:
+        writer = McapWriter(stream, **options)
+        writer.start('ros2')
+        for topic, (ros_type, encoding, messages) in channels.items():
+            schema = writer.register_schema(ros_type, 'ros2msg', definition)
+            channel = writer.register_channel(topic, encoding, schema)
+            for k, (stamp_ns, payload) in enumerate(messages):
+                writer.add_message(channel, stamp_ns, payload, stamp_ns + 7, 5 * k)
+        writer.finish()
+    return path
 
 
 def assert_same(one: s.Samples, other: s.Samples) -> None:

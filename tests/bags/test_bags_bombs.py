@@ -14,9 +14,8 @@ from typing import Any
 import lz4.frame  # type: ignore[import-untyped]
 import pytest
 import zstandard
-from bags_examples import example
+from bags_examples import example, mcap_file
 from mcap.reader import make_reader
-from mcap.writer import Writer as McapWriter
 
 from tauto_core import samples as s
 from tauto_core.bags import BagWriter, encode, read_bag
@@ -79,22 +78,13 @@ def test_a_pipe_is_no_bag(tmp_path: Path) -> None:
         open_mcap(pipe)
 
 
-IMU = 'sensor_msgs/msg/Imu'
-
-
 def small_bag(path: Path, topics: int = 1, log_time: Callable[[int], int] = lambda k: k) -> Path:
     """Write 40 messages of Imu on each topic, in several chunks, by the mcap library."""
     payloads = encode(s.SHIP_IMU, example(s.ImuSamples, 40 if topics == 1 else 1))
-    with path.open('wb') as stream:
-        writer = McapWriter(stream, chunk_size=4000)
-        writer.start('ros2')
-        schema = writer.register_schema(IMU, 'ros2msg', b'')
-        for topic in range(topics):
-            channel = writer.register_channel(f'/clock_{topic}/ship/imu', 'cdr', schema)
-            for k, payload in enumerate(payloads):
-                writer.add_message(channel, log_time(k), payload, k, k)
-        writer.finish()
-    return path
+    messages = [(log_time(k), payload) for k, payload in enumerate(payloads)]
+    channel = 'sensor_msgs/msg/Imu', 'cdr', messages
+    channels = {f'/clock_{topic}/ship/imu': channel for topic in range(topics)}
+    return mcap_file(path, channels, chunk_size=4000)
 
 
 # fields of a chunk index: times of its messages, place and length of its chunk, and, after the

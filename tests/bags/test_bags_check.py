@@ -12,10 +12,9 @@ from typing import Any
 
 import pytest
 import yaml
-from bags_examples import START_NS, example
+from bags_examples import START_NS, example, mcap_file
 from mcap.reader import make_reader
 from mcap.writer import CompressionType
-from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import Reader
 
 from tauto_core import samples as s
@@ -229,23 +228,6 @@ def test_what_follows_the_end_of_a_file_is_said(tmp_path: Path, tail: bytes | No
     assert check_bag(recover_bag(bag).path).whole
 
 
-def mcap_file(
-    path: Path, kind: str, rows: dict[str, list[tuple[int, int, bytes]]], **options: Any
-) -> Path:
-    """A bare file by the mcap library: sequence, log time and payload of each topic's messages."""
-    definition = b'float64 metres\n' if kind.startswith('a_msgs') else b''
-    with path.open('wb') as stream:
-        writer = McapWriter(stream, **options)
-        writer.start('ros2')
-        schema = writer.register_schema(kind, 'ros2msg', definition)
-        for topic, messages in rows.items():
-            channel = writer.register_channel(topic, 'cdr', schema)
-            for sequence, stamp_ns, payload in messages:
-                writer.add_message(channel, stamp_ns, payload, stamp_ns + 7, sequence)
-        writer.finish()
-    return path
-
-
 def rewrite(bag: Path, change: Any) -> None:
     file = bag / 'metadata.yaml'
     content = yaml.safe_load(file.read_text('utf-8'))
@@ -290,9 +272,9 @@ def test_a_message_index_that_points_elsewhere_is_noticed(tmp_path: Path) -> Non
 
 
 def test_a_chunk_that_ends_within_a_record_is_noticed(tmp_path: Path) -> None:
-    rows = {'/depth': [(0, k, bytes(12)) for k in range(3)]}
+    rows = {'/depth': ('a_msgs/msg/Depth', 'cdr', [(k, bytes(12)) for k in range(3)])}
     bare: dict[str, Any] = {'compression': CompressionType.NONE, 'enable_crcs': False}
-    path = mcap_file(tmp_path / 'x.mcap', 'a_msgs/msg/Depth', rows, **bare)
+    path = mcap_file(tmp_path / 'x.mcap', rows, **bare)
     assert check_bag(path).whole
     octets = bytearray(path.read_bytes())
     length = struct.pack('<BQ', 0x05, 22 + 12)
@@ -304,9 +286,10 @@ def test_a_chunk_that_ends_within_a_record_is_noticed(tmp_path: Path) -> None:
 
 def test_messages_that_do_not_decode_or_go_back_are_faults_not_damage(tmp_path: Path) -> None:
     payloads = encode(s.SHIP_IMU, example(s.ImuSamples, 3))
-    back = [(0, START_NS - k, payload) for k, payload in enumerate(payloads)]
-    rows = {'/ship/imu': back, '/bad': [(0, START_NS, b'\0\1\0\0')]}
-    path = mcap_file(tmp_path / 'x.mcap', 'sensor_msgs/msg/Imu', rows)
+    back = [(START_NS - k, payload) for k, payload in enumerate(payloads)]
+    rows = {'/ship/imu': back, '/bad': [(START_NS, b'\0\1\0\0')]}
+    channels = {topic: ('sensor_msgs/msg/Imu', 'cdr', row) for topic, row in rows.items()}
+    path = mcap_file(tmp_path / 'x.mcap', channels)
     found = check_bag(path)
     assert found.damage == []
     assert len(found.faults) == 2
@@ -318,8 +301,8 @@ def test_messages_that_do_not_decode_or_go_back_are_faults_not_damage(tmp_path: 
 
 
 def test_a_foreign_topic_is_recovered_with_its_definition(tmp_path: Path) -> None:
-    deep = {'/depth': [(5 * k, k, bytes(12)) for k in range(20)]}
-    path = mcap_file(tmp_path / 'x.mcap', 'a_msgs/msg/Depth', deep, chunk_size=200)
+    deep = {'/depth': ('a_msgs/msg/Depth', 'cdr', [(k, bytes(12)) for k in range(20)])}
+    path = mcap_file(tmp_path / 'x.mcap', deep, b'float64 metres\n', chunk_size=200)
     octets = path.read_bytes()
     path.write_bytes(octets[: len(octets) // 2])
     made = recover_bag(path)

@@ -129,20 +129,6 @@ def test_joints_come_back(data: st.DataObject, names: list[str], frame: str, n: 
     assert_same(samples, decode(s.PHASE, encode(s.PHASE, samples), samples.stamp_ns))
 
 
-@given(st.data(), TEXT, st.integers(1, 3))
-def test_imu_comes_back(data: st.DataObject, frame: str, n: int) -> None:
-    samples = s.ImuSamples(
-        stamps(n), frame, *(data.draw(floats(n, width)) for width in (4, 9, 3, 9, 3, 9))
-    )
-    assert_same(samples, decode(s.SHIP_IMU, encode(s.SHIP_IMU, samples), samples.stamp_ns))
-
-
-@given(st.lists(TEXT, min_size=1, max_size=5))
-def test_text_comes_back_with_the_log_time(texts: list[str]) -> None:
-    samples = s.TextSamples(stamps(len(texts)), np.array(texts, object))
-    assert_same(samples, decode(s.SCENE, encode(s.SCENE, samples), samples.stamp_ns))
-
-
 @EACH
 def test_a_cut_payload_is_refused_at_every_byte(topic: str) -> None:
     samples = example(TOPICS[topic].message.samples, 1)

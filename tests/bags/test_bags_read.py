@@ -13,10 +13,10 @@ from bags_examples import (
     assert_same,
     example,
     library_payloads,
+    mcap_file,
     stamps,
 )
 from mcap.writer import CompressionType, IndexType
-from mcap.writer import Writer as McapWriter
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as RosbagsWriter
 from rosbags.rosbag2.enums import CompressionFormat
@@ -41,16 +41,11 @@ def imu(n: int) -> s.ImuSamples:
 
 def foreign(path: Path, channels: dict[str, tuple[str, str, list[bytes]]], **options: Any) -> Path:
     """A bare file by the mcap library: type, encoding and payloads of each topic."""
-    with path.open('wb') as stream:
-        writer = McapWriter(stream, **options)
-        writer.start('ros2')
-        for topic, (ros_type, encoding, payloads) in channels.items():
-            schema = writer.register_schema(ros_type, 'ros2msg', b'')
-            channel = writer.register_channel(topic, encoding, schema)
-            for stamp, payload in zip(stamps(len(payloads)).tolist(), payloads, strict=True):
-                writer.add_message(channel, stamp, payload, stamp)
-        writer.finish()
-    return path
+    timed = {
+        topic: (*kind, zip(stamps(len(payloads)).tolist(), payloads, strict=True))
+        for topic, (*kind, payloads) in channels.items()
+    }
+    return mcap_file(path, timed, **options)
 
 
 def imu_file(path: Path, n: int = 1000, topic: str = '/ship/imu', **options: Any) -> Path:
@@ -149,15 +144,9 @@ def test_a_split_bag_is_one(tmp_path: Path) -> None:
     folder = tmp_path / 'bag'
     folder.mkdir()
     payloads = encode(s.SHIP_IMU, imu(12))
-    for k in range(12):
-        with (folder / f'bag_{k}.mcap').open('wb') as stream:
-            writer = McapWriter(stream)
-            writer.start('ros2')
-            schema = writer.register_schema('sensor_msgs/msg/Imu', 'ros2msg', b'')
-            channel = writer.register_channel('/ship/imu', 'cdr', schema)
-            stamp = int(stamps(12)[k])
-            writer.add_message(channel, stamp, payloads[k], stamp)
-            writer.finish()
+    for k, message in enumerate(zip(stamps(12).tolist(), payloads, strict=True)):
+        channel = 'sensor_msgs/msg/Imu', 'cdr', [message]
+        mcap_file(folder / f'bag_{k}.mcap', {'/ship/imu': channel})
     bag = read_bag(folder)
     assert_same(imu(12), bag.samples('ship/imu'))
     assert bag.warnings == (

@@ -13,11 +13,10 @@ from io import BytesIO
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 import yaml
 import zstandard
-from bags_examples import START_NS, all_batches, assert_same, example, library_payloads, stamps
+from bags_examples import START_NS, all_batches, assert_same, example, library_payloads
 from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import Reader
@@ -471,18 +470,6 @@ def test_a_bag_is_finished_wherever_an_interrupt_comes(tmp_path: Path) -> None:
     assert s.count(found) == bag.counts['/ship/imu'] >= 300
     assert_same(example(s.ImuSamples, 300), s.take(found, slice(300)))
     assert read_metadata(folder)['message_count'] == s.count(found)
-
-
-def test_log_times_merge_topics_by_stamp(tmp_path: Path) -> None:
-    fast = example(s.ImuSamples, 20)
-    slow = s.TimeSamples(stamps(3, 400_000_000), '', stamps(3), s.same('dial', 3))
-    bag = read_bag(write(tmp_path / 'voyage', {s.READING: slow, s.SHIP_IMU: fast}))
-    (file,) = bag.files
-    with file.path.open('rb') as stream:
-        stored = [
-            message.stamp_ns for span in file.spans for message in file.messages(span, stream)
-        ]
-    assert stored == sorted(np.concatenate([slow.stamp_ns, fast.stamp_ns]).tolist())
 
 
 class Forgetful(BytesIO):

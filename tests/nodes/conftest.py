@@ -97,6 +97,8 @@ log: {interval: 10.0}
 """
 
 PATIENCE_S = 300.0
+"""How long a condition may take on a busy machine [s]: a test that waits in vain fails then."""
+
 OWN = ['unshare', '--map-root-user', '--mount']
 """Runs a command in mounts of its own."""
 
@@ -114,9 +116,6 @@ def until(condition: Callable[[], object], limit_s: float = PATIENCE_S) -> None:
     while not condition():
         assert time.monotonic() < deadline_s, 'the condition did not come true in time'
         time.sleep(0.02)
-
-
-"""How long a condition may take on a busy machine [s]: a test that waits in vain fails then."""
 
 
 def start(

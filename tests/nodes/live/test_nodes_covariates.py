@@ -49,13 +49,6 @@ def test_a_latitude_and_a_thermometer_that_never_come_are_said(
         assert f'on {topic}, or leave' in notice
 
 
-def test_without_covariates_the_motion_is_not_subscribed_to(bench: Bench) -> None:
-    estimator = bench.add(DriftEstimatorNode(**overrides(scene='involute_weight_at_sea')))
-    assert SHIP_IMU not in estimator.inputs
-    topic = estimator.resolve_topic_name(SHIP_IMU)
-    assert estimator.get_subscriptions_info_by_topic(topic) == []
-
-
 def _spoken(scene: Scene) -> dict[str, Samples]:
     """Return motion, readings and observations of a voyage."""
     said: dict[str, list[Any]] = {SHIP_IMU: [], READING: [], OBSERVATION: []}

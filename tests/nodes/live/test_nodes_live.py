@@ -368,10 +368,22 @@ def test_recorder_replaces_a_bag_only_with_force(ros: Any, minute: Path, tmp_pat
     assert read_bag(folder).counts == {}
 
 
-def test_recorder_refuses_topics_it_does_not_know(ros: Any, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ('values', 'said'),
+    [
+        ({'topics': ('clock/readin',)}, 'clock/readin is not in the table'),
+        (
+            {'topics': ('all', '/depth'), 'flow_control': 'credits', 'graph': ('recorder',)},
+            '/depth is not of the graph',
+        ),
+    ],
+)
+def test_recorder_refuses_topics_it_does_not_know(
+    values: dict[str, Any], said: str, ros: Any, tmp_path: Path
+) -> None:
     ros(())
-    with pytest.raises(ParameterError, match='clock/readin is not in the table'):
-        RecorderNode(**overrides(output=str(tmp_path / 'bag'), topics=('clock/readin',)))
+    with pytest.raises(ParameterError, match=said):
+        RecorderNode(**overrides(output=str(tmp_path / 'bag'), **values))
     assert not (tmp_path / 'bag').exists()
 
 
@@ -471,13 +483,6 @@ def test_an_rclpy_without_events_is_told_before_a_bag_is_there(
         RecorderNode(**overrides(output=str(tmp_path / 'bag')))
     assert not (tmp_path / 'bag').exists()
     RecorderNode(**overrides(output=str(tmp_path / 'bag'), executor='single')).close()
-
-
-def test_a_graph_records_its_own_topics_only(ros: Any, tmp_path: Path) -> None:
-    ros(())
-    flow = {'flow_control': 'credits', 'graph': ('recorder',), 'topics': ('all', '/depth')}
-    with pytest.raises(ParameterError, match='/depth is not of the graph'):
-        RecorderNode(**overrides(output=str(tmp_path / 'bag'), **flow))
 
 
 def test_recorder_leaves_out_motion_that_the_scene_does_not_keep(ros: Any, tmp_path: Path) -> None:

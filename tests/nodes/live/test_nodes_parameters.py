@@ -311,18 +311,6 @@ def test_a_plan_is_refused_in_words(tmp_path: Path) -> None:
     assert not (tmp_path / 'parameters.yaml').exists()
 
 
-VOYAGE = {
-    'scene': 'measured',
-    'speed': '60.0',
-    'duration': '0.0',
-    'out': 'no_such_folder',
-    'force': 'false',
-    'namespace': '',
-    'executor': 'events',
-    'params_file': str(PACKAGE / 'config' / 'voyage.yaml'),
-}
-
-
 @pytest.mark.parametrize(
     ('wrong', 'said'),
     [
@@ -330,18 +318,19 @@ VOYAGE = {
         ({'speed': '-1'}, 'speed = -1.0: must lie in'),
         ({'duration': '-5'}, 'duration = -5.0'),
         ({'force': 'perhaps'}, 'force := perhaps: must be true or false'),
+        ({'anyway': 'perhaps'}, 'anyway := perhaps: must be true or false'),
+        ({'imu_reliability': 'good'}, "imu_reliability = 'good': must be one of"),
         ({'executor': 'multi'}, 'must be one of events, single'),
         ({'params_file': 'nowhere.yaml'}, 'there is no such file'),
-        ({'scene': 'no_such_scene'}, 'no_such_scene'),
-        ({'out': str(PACKAGE)}, 'exists already'),
+        ({'scene': 'no_such'}, 'no_such: there is no such file or built-in scene'),
+        ({'out': str(PACKAGE)}, 'say force:=true to replace it'),
         ({'out': ''}, 'must name the folder'),
     ],
 )
 def test_a_launch_is_refused_before_anything_starts(wrong: dict[str, str], said: str) -> None:
-    assert problems_of(VOYAGE) == []
-    assert said in '; '.join(problems_of({**VOYAGE, **wrong}))
-    sensor = {'imu_reliability': 'perhaps', **VOYAGE}
-    assert 'one of' in '; '.join(problems_of(sensor))
+    voyage = {**arguments_of('voyage'), 'out': 'no_such_folder'}
+    assert problems_of(voyage) == []
+    assert said in '; '.join(problems_of({**voyage, **wrong}))
 
 
 @pytest.mark.parametrize(

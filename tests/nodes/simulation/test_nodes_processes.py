@@ -6,11 +6,13 @@ import contextlib
 import json
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
+from itertools import cycle
 from pathlib import Path
 
 import pytest
@@ -31,6 +33,7 @@ from tauto_nodes.live import executor_named
 from tauto_nodes.simulation import supervisor as graph
 from tauto_nodes.simulation.supervisor import Child
 
+BAG = Path(__file__).parents[3] / 'bags' / 'cheek_1min'
 NODES = ('ship_motion', 'trochlea', 'drift_estimator', 'longitude', 'recorder')
 
 
@@ -73,8 +76,7 @@ def alive(pid: int) -> bool:
         return False
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_ends_every_node_with_0(number: signal.Signals, tmp_path: Path) -> None:
+def test_a_signal_ends_every_node_with_0(tmp_path: Path) -> None:
     # The ship comes last: a clock that hears its second sample first ends with an error. A signal
     # noted before a node spins ends it just as well.
     output = tmp_path / 'bag'
@@ -89,7 +91,7 @@ def test_a_signal_ends_every_node_with_0(number: signal.Signals, tmp_path: Path)
             *(['-p', 'executor:=single'] if node == 'longitude' else []),
         )
     until(lambda: _handles_sigterm(processes['ship_motion'].pid))
-    for process in processes.values():
+    for process, number in zip(processes.values(), cycle((signal.SIGINT, signal.SIGTERM))):
         process.send_signal(number)
     for node, process in processes.items():
         words, _ = process.communicate(timeout=PATIENCE_S)
@@ -108,7 +110,6 @@ def test_bad_parameters_end_with_2_and_no_traceback() -> None:
     cases = {
         'speed:=-1.0': 'speed = -1.0: must lie in',
         'scene:=no_such_scene': 'no_such_scene',
-        'sped:=1.0': 'no such parameter',
         '--speed=3': 'unknown argument --speed=3',
     }
     processes = {
@@ -122,49 +123,26 @@ def test_bad_parameters_end_with_2_and_no_traceback() -> None:
         assert 'Traceback' not in words
 
 
-def test_graph_refuses_before_it_starts_anything(tmp_path: Path) -> None:
-    (tmp_path / 'bag').mkdir()
-    cases = {
-        ('measured', '--speed', 'quick'): (2, '--speed quick: must be a number'),
-        ('measured', '--speed', 'nan'): (2, '--speed nan: must be a number'),
-        ('no_such_scene',): (2, 'no_such_scene'),
-        ('measured', '--namespace', 'a b'): (2, '--namespace'),
-        ('measured', '--out', str(tmp_path / 'bag')): (2, 'exists already'),
-    }
-    pipes = {'stdout': subprocess.PIPE, 'stderr': subprocess.PIPE, 'text': True}
-    processes = {case: subprocess.Popen(tauto('graph', *case), **pipes) for case in cases}
-    for case, process in processes.items():
-        code, said = cases[case]
-        out, words = process.communicate(timeout=PATIENCE_S)
-        assert (process.returncode, out) == (code, ''), words
-        assert said in words
-        assert 'Traceback' not in words
-
-
 def test_an_old_bag_is_not_taken_for_what_was_sailed(tmp_path: Path) -> None:
-    out = tmp_path / 'bag'
-    subprocess.run(tauto('sail', 'measured', '--duration', '5', '--out', str(out)), check=True)
+    out = shutil.copytree(BAG, tmp_path / 'bag')
     process = graph_into(out, '--force')
     until(lambda: nodes_under(process.pid))
     process.send_signal(signal.SIGTERM)
     _, words = process.communicate(timeout=PATIENCE_S)
     assert process.returncode == 143, words
     assert 'no message was recorded yet' in words
-    assert read_bag(out).counts['/ship/imu'] == 105
+    assert read_bag(out).counts == read_bag(BAG).counts
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
-def test_a_signal_stops_the_graph_and_keeps_the_bag(
-    number: signal.Signals, tmp_path: Path
-) -> None:
+def test_a_signal_stops_the_graph_and_keeps_the_bag(tmp_path: Path) -> None:
     out = tmp_path / 'bag'
     process = graph_into(out, '--speed', '20', '--namespace', 'h4')
     until(lambda: is_recording(out))
     nodes = nodes_under(process.pid)
     assert len(nodes) == 5
-    process.send_signal(number)
+    process.send_signal(signal.SIGTERM)
     _, words = process.communicate(timeout=PATIENCE_S)
-    assert process.returncode == 128 + number, words
+    assert process.returncode == 128 + signal.SIGTERM, words
     assert 'stopped early' in words
     bag = read_bag(out)
     assert bag.warnings == ()
@@ -286,18 +264,6 @@ def test_who_is_frozen_loses_nothing_and_a_subscriber_that_is_holds_nobody_up(
     assert {numbers['lost'] for numbers in topics.values()} == {0}
     assert topics['ship/imu']['written'] == 12_005
     assert check_bag(out).whole
-
-
-def test_a_file_that_may_not_grow_is_told_and_what_was_written_can_be_read(tmp_path: Path) -> None:
-    out = tmp_path / 'bag'
-    command = tauto('graph', 'measured', '--speed', 'max', '--out', str(out))
-    limit = 600 * 1024  # of any file written
-    done = subprocess.run(
-        ['prlimit', f'--fsize={limit}', *command], capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 1, done.stderr
-    assert 'cannot be written' in done.stderr
-    assert 0 < read_bag(out).counts['/ship/imu'] < 12_005
 
 
 @pytest.mark.usefixtures('mounts')
@@ -484,37 +450,29 @@ def test_a_graph_for_which_ros_does_not_start_says_why(tmp_path: Path) -> None:
     assert not (tmp_path / 'bag').exists()
 
 
-def test_what_the_middleware_complains_of_is_told_beside_the_result(tmp_path: Path) -> None:
-    """Fast DDS writes its log to stdout: here, in each node, an error of its profile."""
-    profile = tmp_path / 'profile.xml'
+def test_graph_and_play_from_the_command_line(tmp_path: Path) -> None:
+    """Complaints of the middleware are told beside the result.
+
+    Fast DDS writes its log to stdout: here, in each node, an error of its profile.
+    """
+    out, profile = tmp_path / 'bag', tmp_path / 'profile.xml'
     profile.write_text(
         '<dds xmlns="http://www.eprosima.com"><profiles>'
         '<participant profile_name="odd" is_default_profile="true"><rtps><odd/></rtps>'
         '</participant></profiles></dds>'
     )
-    voyage = ('measured', '--duration', '20', '--speed', 'max', '--out', str(tmp_path / 'bag'))
-    done = subprocess.run(
-        tauto('graph', *voyage, '--json'),
-        capture_output=True,
-        text=True,
-        check=False,
-        env={**os.environ, 'FASTRTPS_DEFAULT_PROFILES_FILE': str(profile)},
-    )
-    said = [line for line in done.stderr.splitlines() if 'XMLPARSER' in line]
-    assert f"tauto: the graph said: [XMLPARSER Error] Error parsing '{profile}'" in said[-1]
-    assert len(set(said)) == len(said)
-    assert json.loads(done.stdout)['topics']['clock/reading']['written'] == 21
-
-
-def test_graph_and_play_from_the_command_line(tmp_path: Path) -> None:
-    out, brief = tmp_path / 'bag', ('measured', '--duration', '20', '--speed', 'max')
+    brief = ('measured', '--duration', '20', '--speed', 'max')
     done = subprocess.run(
         tauto('graph', *brief, '--out', str(out), '--json'),
         capture_output=True,
         text=True,
         check=False,
+        env={**os.environ, 'FASTRTPS_DEFAULT_PROFILES_FILE': str(profile)},
     )
     assert done.returncode == 0, done.stderr
+    said = [line for line in done.stderr.splitlines() if 'XMLPARSER' in line]
+    assert f"tauto: the graph said: [XMLPARSER Error] Error parsing '{profile}'" in said[-1]
+    assert len(set(said)) == len(said)
     result = json.loads(done.stdout)
     assert result['topics']['clock/reading'] == {'received': 21, 'written': 21, 'lost': 0}
     assert result['bag'] == str(out)
@@ -530,25 +488,27 @@ def test_graph_and_play_from_the_command_line(tmp_path: Path) -> None:
     assert played.stderr.startswith(f'tauto: {out}: plays when each topic has a subscriber')
 
 
-BAG = str(Path(__file__).parents[3] / 'bags' / 'cheek_1min')
-
-
 @pytest.mark.parametrize(
     ('words', 'said'),
     [
-        (['nosuch'], 'nosuch does not exist'),
-        ([BAG, '--rate', '0'], '--rate 0: must lie between 0.001 and 1e+06'),
-        ([BAG, '--rate', 'nan'], '--rate nan: must lie between'),
-        ([BAG, '--topic', 'nosuch'], '--topic nosuch: is not in '),
-        ([BAG, '--topic', 'scene', '--topic', 'nosuch'], '--topic nosuch: is not in '),
+        (['graph', 'measured', '--speed', 'quick'], '--speed quick: must be a number'),
+        (['graph', 'measured', '--speed', 'nan'], '--speed nan: must be a number'),
+        (['graph', 'no_such_scene'], 'no_such_scene'),
+        (['graph', 'measured', '--namespace', 'a b'], '--namespace'),
+        (['graph', 'measured', '--out', str(BAG)], f'{BAG} exists already'),
+        (['play', 'nosuch'], 'nosuch does not exist'),
+        (['play', str(BAG), '--rate', '0'], '--rate 0: must lie between 0.001 and 1e+06'),
+        (['play', str(BAG), '--rate', 'nan'], '--rate nan: must lie between'),
+        (
+            ['play', str(BAG), '--topic', 'scene', '--topic', 'nosuch'],
+            '--topic nosuch: is not in ',
+        ),
     ],
 )
-def test_what_cannot_be_played_is_refused_before_anything_starts(
-    words: list[str], said: str
-) -> None:
-    played = CliRunner().invoke(app, ['play', *words])
-    assert played.exit_code == 2
-    assert played.stderr.startswith(f'tauto: {said}')
+def test_what_cannot_be_sailed_or_played_is_refused(words: list[str], said: str) -> None:
+    done = CliRunner().invoke(app, words)
+    assert (done.exit_code, done.stdout) == (2, '')
+    assert done.stderr.startswith(f'tauto: {said}')
 
 
 def test_the_second_graph_in_a_domain_refuses_itself_and_the_first_is_whole(

@@ -121,10 +121,10 @@ def test_strangers_that_cannot_match_do_not_hold_the_graph_up(
 class Sleeper(GraphNode):
     """A consumer that counts its messages, and takes no more while it sleeps."""
 
-    def __init__(self, **parameters: Any) -> None:
-        super().__init__('recorder', **overrides(output='none', **FLOW, **parameters))
+    def __init__(self, topics: Sequence[str] = TOPICS) -> None:
+        super().__init__('recorder', **overrides(output='none', **FLOW))
         self.asleep = True
-        self.connect([port(topic) for topic in TOPICS], [])
+        self.connect([port(topic) for topic in topics], [])
 
     @property
     def backlogged(self) -> bool:
@@ -151,14 +151,7 @@ def test_a_backlogged_stage_withholds_its_credits(bench: Bench) -> None:
     n = 5_000
     stage = StageNode('trochlea', lambda _: Echo(), **overrides(**FLOW))
     source = TestSource(n, **FLOW)
-
-    class Choosy(Sleeper):
-        def __init__(self) -> None:
-            GraphNode.__init__(self, 'recorder', **overrides(output='none', **FLOW))
-            self.asleep = True
-            self.connect([port(READING)], [])
-
-    sink = bench.add(Choosy(), stage, source)
+    sink = bench.add(Sleeper((READING,)), stage, source)
     bench.until(lambda: stage.backlogged)
     bench.beats(stage, 50)
     # In flight: the sink's window, the stage's content, the stage's own window.
@@ -369,11 +362,9 @@ def test_nothing_that_a_stranger_says_ends_a_graph_or_its_voyage(
 def test_a_bag_with_fewer_readings_than_its_scene_has_is_cut_short(
     bench: Bench, tmp_path: Path
 ) -> None:
-    graph = ('ship_motion', 'trochlea', 'recorder')
-    flow: dict[str, Any] = {'flow_control': 'credits', 'graph': graph}
     topics = (SCENE, READING)
-    sink = RecorderNode(**overrides(output=str(tmp_path / 'bag'), topics=topics, **flow))
-    ship, clock = (GraphNode(name, **overrides(**flow)) for name in graph[:2])
+    sink = RecorderNode(**overrides(output=str(tmp_path / 'bag'), topics=topics, **FLOW))
+    ship, clock = (GraphNode(name, **overrides(**FLOW)) for name in GRAPH[:2])
     bench.add(sink, ship, clock)
     ship.connect([], [port(SCENE)])
     clock.connect([], [port(READING)])
@@ -400,8 +391,9 @@ def patience(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_the_end_marker_counts_and_a_loss_is_told(bench: Bench, tmp_path: Path) -> None:
     # A sender that claims to have sent more than it did: the recorder must not wait for ever.
     graph = ('trochlea', 'recorder')
-    sink = recorder_of(tmp_path / 'bag', graph)
-    liar = bench.add(GraphNode('trochlea', **overrides(flow_control='credits', graph=graph)), sink)
+    flow = {'flow_control': 'credits', 'graph': graph}
+    sink = RecorderNode(**overrides(output=str(tmp_path / 'bag'), topics=(READING,), **flow))
+    liar = bench.add(GraphNode('trochlea', **overrides(**flow)), sink)
     liar.connect([], [port(READING)])
     bench.until(liar.flow.everyone_ready)
     ends = liar.create_publisher(String, END_TOPIC, END_QOS)
@@ -439,9 +431,3 @@ def test_a_sample_of_its_own_ship_that_cannot_be_integrated_ends_the_graph(bench
     source.send(SHIP_IMU, encode(SHIP_IMU, replace(sample, linear_acceleration=NO_FORCE)))
     with pytest.raises(NodesError, match='cannot be integrated: 1 not_finite'):
         bench.until(lambda: False)
-
-
-def recorder_of(folder: Path, graph: tuple[str, ...]) -> RecorderNode:
-    return RecorderNode(
-        **overrides(output=str(folder), topics=(READING,), flow_control='credits', graph=graph)
-    )
