@@ -30,7 +30,7 @@ from tauto_core.ensembles.answers import (
     sizes_nmi,
 )
 from tauto_core.ensembles.rows import Store
-from tauto_core.ensembles.trials import COLUMNS, Choice, Rules, Sailed, Trial, TriedClock
+from tauto_core.ensembles.trials import COLUMNS, Choice, Rules, SailedTrial, Trial, TriedClock
 from tauto_core.plots.ensembles import draw_trial
 from tauto_core.scene.loader import read_mapping
 from tauto_core.ship.logbook import read_passages
@@ -58,7 +58,7 @@ SAID = {
 }
 
 
-def read_trial(folder: Path, logs: str) -> tuple[Sailed, int]:
+def read_trial(folder: Path, logs: str) -> tuple[SailedTrial, int]:
     """Return what a folder holds of a trial, and how many passages of its log-book are judged.
 
     Only passages that all clocks have sailed as logged count, and what was drawn anew of them.
@@ -81,7 +81,7 @@ def read_trial(folder: Path, logs: str) -> tuple[Sailed, int]:
         max((row['draw'] for row in rows if row['drawn'] == kind), default=0) for kind in DRAWN
     ]
     judged = Choice().of(known.values(), logs)
-    return Sailed(Trial(logs, rules, sailed, *draws), rows), len(judged)
+    return SailedTrial(Trial(logs, rules, sailed, *draws), rows), len(judged)
 
 
 SHAKEN = ('sensed',)
@@ -90,7 +90,7 @@ SHAKEN = ('sensed',)
 DRAWN = ('wind', 'hull')
 
 
-def blocks(sailed: Sailed, answers: TrialAnswers, of: int) -> dict[str, str]:
+def blocks(sailed: SailedTrial, answers: TrialAnswers, of: int) -> dict[str, str]:
     """Return the text of each block by its name."""
     if not answers.judged:
         raise SystemExit(
@@ -126,7 +126,7 @@ def _called(clock: str) -> str:
     return CLOCKS.get(clock, clock)
 
 
-def _what_was_sailed(sailed: Sailed, answers: TrialAnswers, of: int) -> str:
+def _what_was_sailed(sailed: SailedTrial, answers: TrialAnswers, of: int) -> str:
     """Return what the figures rest on."""
     trial, voyages = sailed.trial, answers.voyages
     years = sorted(int(each['first_utc'][:4]) for each in voyages)
@@ -233,7 +233,7 @@ def _parts(answers: TrialAnswers) -> str:
     return _table(rows)
 
 
-def passage_rows(sailed: Sailed, answers: TrialAnswers) -> list[list[str]]:
+def passage_rows(sailed: SailedTrial, answers: TrialAnswers) -> list[list[str]]:
     """Return the table of all passages, with the error [nmi] of each clock and way."""
     voyages: dict[tuple[str, str], dict[str, Any]] = {
         (each['passage'], each['clock']): each for each in answers.voyages

@@ -9,7 +9,7 @@ import pytest
 from rich.console import Console
 
 from tauto_core.cli.tables import voyage_table
-from tauto_core.navigation import how_good
+from tauto_core.navigation import grade
 from tauto_core.results import answer, belief_of
 
 RESULT: dict[str, Any] = {
@@ -116,7 +116,7 @@ def test_the_answer_names_the_navigators_sigma_and_its_failure() -> None:
     ],
 )
 def test_one_scale_of_words_says_how_good(miles: float, words: str) -> None:
-    assert how_good(miles).startswith(words)
+    assert grade(miles).startswith(words)
 
 
 @pytest.mark.parametrize(

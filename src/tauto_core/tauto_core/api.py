@@ -334,9 +334,9 @@ def budget(
         TautoError: a bad scene, or an event that ends the motion.
     """
     from tauto_core.ensembles.budget import account, budget_file
-    from tauto_core.ensembles.workers import Crew
+    from tauto_core.ensembles.workers import WorkerPool
 
-    crew = Crew(whole('jobs', jobs))
+    crew = WorkerPool(whole('jobs', jobs))
     loaded = _load(scene, overrides, duration=duration, accuracy=accuracy)
     place = None if out is None else budget_file(path('out', out), loaded)
     result = account(loaded, crew, progress, origin=_origin(scene), anyway=anyway)
@@ -1070,9 +1070,9 @@ def fleet(
             processes that cannot be started.
     """
     from tauto_core.ensembles import fleets
-    from tauto_core.ensembles.workers import Crew
+    from tauto_core.ensembles.workers import WorkerPool
 
-    drawn, crew = _plots(plot), Crew(whole('jobs', jobs), scheduler)
+    drawn, crew = _plots(plot), WorkerPool(whole('jobs', jobs), scheduler)
     loaded = _load(scene, overrides, duration=duration, accuracy=accuracy)
     if isinstance(vary, str | Path):
         draws, drawn_by = fleets.read_draws(Path(vary), loaded), str(vary)
@@ -1160,14 +1160,14 @@ def trial(
     """
     from tauto_core.ensembles import trials
     from tauto_core.ensembles.answers import answers_of, check_local_time
-    from tauto_core.ensembles.workers import Crew
+    from tauto_core.ensembles.workers import WorkerPool
 
     if 'file' in overrides:
         raise UsageError(
             Argument('file', overrides['file']), ': is not an argument. Use ', Argument('plot')
         )
     logbook, drawn = str(path('logs', logs)), _plots(plot)
-    crew = Crew(whole('jobs', jobs), scheduler)
+    crew = WorkerPool(whole('jobs', jobs), scheduler)
     local_time = number('local_time_s', local_time_s, 's')
     check_local_time(local_time)
     if isinstance(compare, str):

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from tauto_core.clockwork import SwingTally
-from tauto_core.machines import AnyMachine, InPlaceOfWheel, Machine, compile_machine
+from tauto_core.machines import AnyMachine, Machine, OtherRegulator, compile_machine
 from tauto_core.motion import propagator_name
 from tauto_core.navigation import (
     LEAST_UNCHECKED_DAYS,
@@ -20,8 +20,8 @@ from tauto_core.navigation import (
     RatedTime,
     RateError,
     RateScatter,
-    forgets_its_start,
-    how_good,
+    grade,
+    has_settled,
     projection,
 )
 from tauto_core.navigation.covariates import assumption, dial_model, expected_walk_per_s
@@ -62,7 +62,7 @@ def drawn_by(module: str, name: str) -> Any:
 class Summary:
     """Collects the figures of a voyage from the samples on all topics."""
 
-    def __init__(self, scene: Scene, machine: AnyMachine | InPlaceOfWheel | None = None) -> None:
+    def __init__(self, scene: Scene, machine: AnyMachine | OtherRegulator | None = None) -> None:
         self._scene, self._built = scene, machine
         self._last: dict[str, JointSamples] = {}
         self._first_reading: tuple[int, int] | None = None
@@ -144,7 +144,7 @@ class Summary:
         """Return the dial's reading since the start, its error and its mean rate.
 
         `rate_standard_error_s_per_day` is None if the run alone cannot show it, see `RateScatter`
-        and `forgets_its_start`. If the clock stopped, both rates are None.
+        and `has_settled`. If the clock stopped, both rates are None.
         """
         error = self._rate_error()
         if self._first_reading is None or self._last_reading is None or error is None:
@@ -168,11 +168,11 @@ class Summary:
     def _rate_error(self) -> RateError | None:
         if self._error is None and self._scatter is not None:
             error = self._scatter.rate_error()
-            self._error = forgets_its_start(self._scene, self._machine, error)
+            self._error = has_settled(self._scene, self._machine, error)
         return self._error
 
     @cached_property
-    def _machine(self) -> AnyMachine | InPlaceOfWheel:
+    def _machine(self) -> AnyMachine | OtherRegulator:
         return self._built or compile_machine(self._scene)
 
     @property
@@ -191,7 +191,7 @@ class Summary:
         if wheel is None or phase is None:
             return {}
         machine = self._machine
-        in_fluid = isinstance(machine, InPlaceOfWheel)
+        in_fluid = isinstance(machine, OtherRegulator)
         place, speed = ('arc_m', 'speed_m_s') if in_fluid else ('angle_rad', 'rate_rad_s')
         slack: dict[str, float] = {}
         if SLACK in self._last:
@@ -315,7 +315,7 @@ def answer(result: Mapping[str, Any]) -> str:
     return f'The bag is not whole. {text}' if result.get('damage') else text
 
 
-def not_whole(result: Mapping[str, Any]) -> str:
+def damage_sentence(result: Mapping[str, Any]) -> str:
     """Return a sentence about the damage of the bag of a result, empty if it is whole."""
     damage = result.get('damage')
     if not damage:
@@ -359,7 +359,7 @@ def _answer(result: Mapping[str, Any]) -> str:
         corrected = f'{corrected} {_side(east_nmi)}'
     # a voyage too short for the Act has prize None, not 0
     judged = longitude.get('prize_pounds') is not None
-    verdict = f' That is {how_good(abs(east_nmi))}.' if judged else ''
+    verdict = f' That is {grade(abs(east_nmi))}.' if judged else ''
     belief = f' {longitude["belief"]}' if 'belief' in longitude else ''
     return (
         f'{when} the dial puts the ship {place} of its true place; rated and corrected, '

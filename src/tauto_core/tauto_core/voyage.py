@@ -17,7 +17,7 @@ import numpy as np
 from tauto_core.checks.readiness import check_known, check_scene, plausibility_warnings
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.kernels import optimised
-from tauto_core.machines import AnyMachine, InPlaceOfWheel
+from tauto_core.machines import AnyMachine, OtherRegulator
 from tauto_core.navigation import DriftStage, LongitudeStage, Route, drift_warnings
 from tauto_core.navigation.drift import ESTIMATE_NAMES, MEAN_RATE_NAMES
 from tauto_core.navigation.regressors import SHAKEN_BY, RecordedIntegrals, integral_names
@@ -203,7 +203,7 @@ class Pipeline(Stateful):
 
 def pipeline(
     scene: Scene,
-    machine: AnyMachine | InPlaceOfWheel | None = None,
+    machine: AnyMachine | OtherRegulator | None = None,
     buffers: SharedBuffers | None = None,
 ) -> Pipeline:
     """Return the stages of a scene: trochlea, drift, longitude.

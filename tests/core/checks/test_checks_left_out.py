@@ -12,7 +12,7 @@ from scipy.integrate import quad
 from scipy.special import ellipe
 
 import tauto_core as tauto
-from tauto_core.checks.facts import TABLE, USUAL_MASS, LeftOut, frequency_in_light_case, left_out
+from tauto_core.checks.facts import TABLE, USUAL_MASS, Omission, frequency_in_light_case, left_out
 from tauto_core.curves.materials import MATERIALS
 from tauto_core.machines import compile_machine
 from tauto_core.scene.errors import ABSENT, SceneError
@@ -29,7 +29,7 @@ AS_A_CORK = {'ship.hull': ABSENT, 'ship.heave': True, 'ship.roll.slope_coefficie
 GIMBALS = {'kind': 'gimbals', 'depth': 0.05, 'gyration_radius': 0.12}
 
 
-def found(name: str, **changes: Any) -> dict[str, LeftOut]:
+def found(name: str, **changes: Any) -> dict[str, Omission]:
     """Return the effects that a shipped scene with changes leaves out, by name."""
     scene = tauto.load(name, **changes)
     return {row.what: row for row in left_out(scene, compile_machine(scene))}

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tauto_core.ensembles.answers import answers_of
-from tauto_core.ensembles.trials import Rules, Sailed, Trial, TriedClock
+from tauto_core.ensembles.trials import Rules, SailedTrial, Trial, TriedClock
 from tauto_core.ship.logbook import LoggedPassage
 
 CLOCK = TriedClock('made.yaml', 'made', {'ship': {}}, ('heave',))
@@ -49,7 +49,7 @@ def row(number, name, error, drawn='log', draw=0, **more):
 
 def sailed(passages, rows, **draws):
     rules = Rules((CLOCK,), 0, 14.0)
-    return Sailed(Trial('log.csv', rules, tuple(passages), **draws), rows)
+    return SailedTrial(Trial('log.csv', rules, tuple(passages), **draws), rows)
 
 
 def test_shares_count_those_that_failed_or_stopped_as_outside():
@@ -127,7 +127,7 @@ def test_short_passages_are_not_judged_and_parts_add_up():
     # cut to three weeks at sea there is no verdict
     cut = sailed(passages, rows)
     rules = replace(cut.trial.rules, longest_s=35 * 86400.0)
-    short = answers_of(Sailed(replace(cut.trial, rules=rules), rows))
+    short = answers_of(SailedTrial(replace(cut.trial, rules=rules), rows))
     assert (short.judged, short.clocks[0].ways['raw'].prizes) == (0, [])
     assert short.clocks[0].ways['corrected'].quantiles_nmi is not None
 

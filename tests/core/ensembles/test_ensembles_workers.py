@@ -18,7 +18,7 @@ from distributed.scheduler import KilledWorker
 
 from tauto_core.cli.terminal import Terminated, ended_by_sigterm
 from tauto_core.ensembles import workers
-from tauto_core.ensembles.workers import Crew, WorkerError, _Attention, run_each
+from tauto_core.ensembles.workers import WorkerError, WorkerPool, _Attention, run_each
 from tauto_core.scene.errors import EstimationError, TautoWarning, UsageError
 
 
@@ -56,9 +56,9 @@ def results(runs):
 
 
 def test_processes_return_what_this_one_does():
-    alone = results(run_each(half, [4, 5, 6], Crew(1)))
+    alone = results(run_each(half, [4, 5, 6], WorkerPool(1)))
     shares: list[float] = []
-    beside = results(run_each(half, [4, 5, 6], Crew(2), shares.append))
+    beside = results(run_each(half, [4, 5, 6], WorkerPool(2), shares.append))
     assert [alone[k][0] for k in range(3)] == [beside[k][0] for k in range(3)] == [2.0, 2.5, 3.0]
     assert {found[1:] for found in alone.values()} == {(os.getpid(), True)}
     assert os.getpid() not in {found[1] for found in beside.values()}
@@ -74,9 +74,9 @@ def test_a_script_without_a_guard_runs_once(tmp_path):
     script = tmp_path / 'scripts' / 'script.py'
     script.parent.mkdir()
     script.write_text(
-        'from tauto_core.ensembles.workers import Crew, run_each\n'
+        'from tauto_core.ensembles.workers import WorkerPool, run_each\n'
         "print('begins')\n"
-        'ended = run_each(lambda number, tell: number / 2, [1.0, 2.0], Crew(2))\n'
+        'ended = run_each(lambda number, tell: number / 2, [1.0, 2.0], WorkerPool(2))\n'
         'print(sorted(each.result for each in ended))\n'
     )
     command, pipes = [sys.executable, script], {'capture_output': True, 'text': True}
@@ -88,11 +88,11 @@ def test_a_script_without_a_guard_runs_once(tmp_path):
 LONG = """
 import os, time
 from tauto_core.cli.terminal import Terminated, ended_by_sigterm
-from tauto_core.ensembles.workers import Crew, run_each
+from tauto_core.ensembles.workers import WorkerPool, run_each
 def long(number, tell):
     print(os.getpid(), flush=True)
     time.sleep(3600.0)
-list(run_each(long, [1, 2], Crew(2)))
+list(run_each(long, [1, 2], WorkerPool(2)))
 """
 
 
@@ -121,7 +121,7 @@ def test_few_runs_are_submitted_ahead_and_closing_ends_them(monkeypatch):
         return submit(self, *arguments)
 
     monkeypatch.setattr(workers._Processes, 'submit', counted)
-    runs = run_each(half, list(range(50)), Crew(2))
+    runs = run_each(half, list(range(50)), WorkerPool(2))
     for seen in range(1, 6):
         pid = next(runs).result[1]
         assert len(handed) - seen <= 3
@@ -132,7 +132,7 @@ def test_few_runs_are_submitted_ahead_and_closing_ends_them(monkeypatch):
 
 @pytest.mark.parametrize('jobs', [1, 2])
 def test_a_run_that_fails_is_told_and_ends_no_other(jobs):
-    ended = {each.place: each for each in run_each(odd_only, [1, 2, 3], Crew(jobs))}
+    ended = {each.place: each for each in run_each(odd_only, [1, 2, 3], WorkerPool(jobs))}
     assert (ended[0].result, ended[2].result) == (1, 3)
     assert isinstance(ended[1].error, EstimationError)
     assert str(ended[1].error) == '2 is even'
@@ -140,7 +140,7 @@ def test_a_run_that_fails_is_told_and_ends_no_other(jobs):
 
 def test_a_run_whose_process_is_killed_is_made_again(tmp_path):
     (tmp_path / 'once').touch()
-    found = results(run_each(partial(dies, str(tmp_path)), [0, 1, 2, 3], Crew(2)))
+    found = results(run_each(partial(dies, str(tmp_path)), [0, 1, 2, 3], WorkerPool(2)))
     assert found == {0: 0, 1: 1, 2: 2, 3: 3}
     assert not list(tmp_path.iterdir())
 
@@ -148,7 +148,9 @@ def test_a_run_whose_process_is_killed_is_made_again(tmp_path):
 def test_a_run_that_kills_every_process_is_given_up(tmp_path):
     for k in range(20):
         (tmp_path / str(k)).touch()
-    ended = {each.place: each for each in run_each(partial(dies, str(tmp_path)), [0, 1], Crew(2))}
+    ended = {
+        each.place: each for each in run_each(partial(dies, str(tmp_path)), [0, 1], WorkerPool(2))
+    }
     assert ended[0].result == 0
     assert isinstance(ended[1].error, WorkerError)
     assert 'died' in str(ended[1].error)
@@ -177,7 +179,7 @@ def test_an_interrupt_at_the_start_has_no_traceback(number):
         'import os, signal\n'
         'from loky.backend.process import LokyProcess\n'
         'from tauto_core.cli.terminal import ended_by_sigterm\n'
-        'from tauto_core.ensembles.workers import Crew, run_each\n'
+        'from tauto_core.ensembles.workers import WorkerPool, run_each\n'
         'start = LokyProcess.start\n'
         'def interrupted(self):\n'
         '    LokyProcess.start = start\n'
@@ -187,7 +189,7 @@ def test_an_interrupt_at_the_start_has_no_traceback(number):
         'signal.signal(signal.SIGINT, signal.default_int_handler)\n'
         'try:\n'
         '    with ended_by_sigterm():\n'
-        '        list(run_each(lambda number, tell: number, [1, 2], Crew(2)))\n'
+        '        list(run_each(lambda number, tell: number, [1, 2], WorkerPool(2)))\n'
         'except KeyboardInterrupt as error:\n'
         '    print(type(error).__name__)\n'
     )
@@ -214,7 +216,7 @@ def sockets(top, number=0, tell=None):
 def test_processes_of_this_machine_open_no_socket():
     """They are unreachable: they get their work through pipes of their parent."""
     before = sockets(os.getpid())
-    seen = results(run_each(partial(sockets, os.getpid()), [0, 1], Crew(2)))
+    seen = results(run_each(partial(sockets, os.getpid()), [0, 1], WorkerPool(2)))
     assert seen == {0: before, 1: before}
     with socket.socket() as own:  # it is seen if there is one
         own.bind(('127.0.0.1', 0))
@@ -224,7 +226,7 @@ def test_processes_of_this_machine_open_no_socket():
 
 def test_no_process_at_all_is_refused():
     with pytest.raises(UsageError, match='jobs=0: must be at least 1'):
-        Crew(0)
+        WorkerPool(0)
 
 
 def test_a_scheduler_that_is_not_there_is_named(monkeypatch):
@@ -236,7 +238,7 @@ def test_a_scheduler_that_is_not_there_is_named(monkeypatch):
             pytest.warns(TautoWarning, match='without TLS, whoever reaches it can run code'),
             pytest.raises(WorkerError) as caught,
         ):
-            next(run_each(half, [1], Crew(2, address)))
+            next(run_each(half, [1], WorkerPool(2, address)))
     assert address in str(caught.value)
     assert 'after 1' in str(caught.value)
     assert 'leave out scheduler=' in str(caught.value)
@@ -313,27 +315,29 @@ def test_what_a_scheduler_says_of_a_run():
 
 def test_a_scheduler_by_tls_needs_certificates(tmp_path):
     with pytest.raises(UsageError, match='no certificate is named for it'):
-        next(run_each(half, [1], Crew(2, 'tls://ship:8786')))
+        next(run_each(half, [1], WorkerPool(2, 'tls://ship:8786')))
     tls = {key: str(tmp_path / 'none.pem') for key in ('ca-file', 'client.cert', 'client.key')}
     with (
         dask.config.set({f'distributed.comm.tls.{key}': file for key, file in tls.items()}),
         pytest.raises(UsageError, match=r'certificates cannot be read .*No such file'),
     ):
-        next(run_each(half, [1], Crew(2, 'tls://ship:8786')))
+        next(run_each(half, [1], WorkerPool(2, 'tls://ship:8786')))
 
 
 def test_a_scheduler_needs_an_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, 'distributed', None)
     with pytest.raises(UsageError, match=r"Run pip install 'tauto_core\[cluster\]'"):
-        next(run_each(half, [1], Crew(2, 'tcp://ship:8786')))
+        next(run_each(half, [1], WorkerPool(2, 'tcp://ship:8786')))
 
 
 def test_work_that_is_small_is_done_in_this_process():
     start_s = workers.POOL_START_S
-    assert Crew(2).for_work([0.5 * start_s] * 4) == Crew(1)
-    assert Crew(2).for_work([0.7 * start_s] * 3) == Crew(2)
-    assert Crew(4).for_work([0.33 * start_s] * 4) == Crew(1)
-    assert Crew(4).for_work([0.36 * start_s] * 4) == Crew(4)
-    assert Crew(4).for_work([0.72 * start_s] * 2) == Crew(1)  # the others would be idle
-    assert Crew(1).for_work([99.0 * start_s]) == Crew(1)
-    assert Crew(2, 'tcp://ship:8786').for_work([0.0]).scheduler is not None
+    assert WorkerPool(2).for_work([0.5 * start_s] * 4) == WorkerPool(1)
+    assert WorkerPool(2).for_work([0.7 * start_s] * 3) == WorkerPool(2)
+    assert WorkerPool(4).for_work([0.33 * start_s] * 4) == WorkerPool(1)
+    assert WorkerPool(4).for_work([0.36 * start_s] * 4) == WorkerPool(4)
+    assert WorkerPool(4).for_work([0.72 * start_s] * 2) == WorkerPool(
+        1
+    )  # the others would be idle
+    assert WorkerPool(1).for_work([99.0 * start_s]) == WorkerPool(1)
+    assert WorkerPool(2, 'tcp://ship:8786').for_work([0.0]).scheduler is not None

@@ -26,7 +26,7 @@ from tauto_core.motion.closed_forms import ActionAngle
 from tauto_core.motion.collocation import Collocation
 from tauto_core.samples import JOINT_STATES
 from tauto_core.scene import Drag, load_scene, parse_scene
-from tauto_core.scene.reference import all_that_go, new_scene
+from tauto_core.scene.reference import compatible_kinds, new_scene
 
 HERE = Path(__file__).resolve().parent.parent / 'scenes_ref'
 REFERENCES = json.loads((HERE / 'refs.json').read_text())['scenes']
@@ -108,7 +108,7 @@ def test_half_a_minute_at_sea_against_dop853_on_the_same_samples(name):
 WHEELS = sorted(
     {
         (kinds['cam'], kinds['thread'], kinds['power'])
-        for kinds in all_that_go()
+        for kinds in compatible_kinds()
         if kinds['thread'] in ('vertical', 'hole')
     }
 )

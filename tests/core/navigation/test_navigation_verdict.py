@@ -16,7 +16,7 @@ from tauto_core.navigation import (
     RatedTime,
     RateError,
     RateScatter,
-    forgets_its_start,
+    has_settled,
     projection,
 )
 from tauto_core.results import Summary
@@ -117,7 +117,7 @@ def test_without_a_standard_error_the_reason_is_given() -> None:
 
 def why(name: str, length_s: float = 3_600.0, sigma: float | None = 1.0, **changed: Any) -> str:
     scene = load_scene(name).model_copy(update=changed)
-    error = forgets_its_start(scene, compile_machine(scene), RateError(sigma, length_s))
+    error = has_settled(scene, compile_machine(scene), RateError(sigma, length_s))
     assert (error.standard_error_s_per_day is None) == bool(error.why_unknown or sigma is None)
     return error.why_unknown
 

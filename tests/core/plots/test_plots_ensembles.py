@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.collections import LineCollection
 
 from tauto_core.ensembles.answers import answers_of
-from tauto_core.ensembles.trials import Rules, Sailed, Trial, TriedClock
+from tauto_core.ensembles.trials import Rules, SailedTrial, Trial, TriedClock
 from tauto_core.plots.ensembles import trial_figure
 from tauto_core.ship.logbook import LoggedPassage
 
@@ -45,7 +45,7 @@ def test_each_leg_has_the_colour_of_the_error_at_its_end():
         row('17700101-2', [0.0, 40.0], 'it failed'),
     ]
     rules = Rules((TriedClock('made.yaml', 'made', {'ship': {}}),), 0, 14.0)
-    sailed = Sailed(Trial('log.csv', rules, passages), rows)
+    sailed = SailedTrial(Trial('log.csv', rules, passages), rows)
     chart, errors, *_ = trial_figure(sailed, answers_of(sailed)).axes
     [tracks] = [each for each in chart.collections if isinstance(each, LineCollection)]
     legs = np.array(tracks.get_segments())

@@ -12,7 +12,7 @@ from tauto_core.checks.readiness import check_scene, implausible, plausibility_w
 from tauto_core.machines import compile_trochlea
 from tauto_core.scene import SceneError, parse_scene
 from tauto_core.scene.errors import UsageError
-from tauto_core.scene.reference import FOLDERS, all_kinds, all_that_go, new_scene
+from tauto_core.scene.reference import FOLDERS, all_kinds, compatible_kinds, new_scene
 from tauto_core.scene.sections import kind_of, kinds_in
 from tauto_core.ship.airs import AirKind
 from tauto_core.ship.motions import FOLDER as SHIPS
@@ -46,7 +46,7 @@ def uncommented(text: str, key: str) -> str:
 
 def test_every_combination_that_goes_together_can_sail() -> None:
     """Each cam, thread and power with the last escapement compatible with them."""
-    rows = {tuple(kinds.values())[:3]: kinds for kinds in all_that_go()}
+    rows = {tuple(kinds.values())[:3]: kinds for kinds in compatible_kinds()}
     assert len(rows) > 40
     for kinds in rows.values():
         asked = {key: kind for key, kind in kinds.items() if kind}
@@ -60,14 +60,14 @@ def test_every_combination_that_goes_together_can_sail() -> None:
 
 def test_every_kind_is_in_some_combination() -> None:
     for key, folder in FOLDERS.items():
-        found = {kinds[key] for kinds in all_that_go()} - {''}
+        found = {kinds[key] for kinds in compatible_kinds()} - {''}
         assert found == {kind_of(model) for model in kinds_in(folder)}
 
 
 def test_what_no_combination_has_is_refused_by_the_scene() -> None:
     """The kinds are combined by hand. The models refuse those that `scene new` never chooses."""
     text = new_scene('new', {'ship': 'still', 'cam': 'involute', 'escapement': 'impulse'})
-    good = {tuple(kinds.values()) for kinds in all_that_go()}
+    good = {tuple(kinds.values()) for kinds in compatible_kinds()}
     assert ('involute', 'vertical', 'weight', 'impulse') in good
     with pytest.raises(SceneError, match=r'trochlea\.thread\.kind'):
         parse_scene(text.replace('kind: vertical ', 'kind: hole\n    distance: 0.08 '), 'new')

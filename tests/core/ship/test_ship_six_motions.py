@@ -15,8 +15,8 @@ from tauto_core.scene import Scene, load_scene
 from tauto_core.scene.errors import ABSENT
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.imu import (
+    ShipAngles,
     ThreadPlane,
-    Turned,
     force_in_plane,
     imu_from_motions,
     imu_from_roll,
@@ -30,14 +30,14 @@ G = 9.81
 N = 400
 
 
-def motion() -> tuple[Turned, Turned, tuple[FloatArray, ...]]:
+def motion() -> tuple[ShipAngles, ShipAngles, tuple[FloatArray, ...]]:
     random = np.random.default_rng(1724)
-    angle = Turned(*random.uniform(-0.6, 0.6, (3, N)))
-    rate = Turned(*random.uniform(-0.5, 0.5, (3, N)))
+    angle = ShipAngles(*random.uniform(-0.6, 0.6, (3, N)))
+    rate = ShipAngles(*random.uniform(-0.5, 0.5, (3, N)))
     return angle, rate, tuple(random.uniform(-3.0, 3.0, (3, N)))
 
 
-def turned(angle: Turned) -> Rotation:
+def turned(angle: ShipAngles) -> Rotation:
     return Rotation.from_euler('ZYX', np.stack((angle.yaw, angle.pitch, angle.roll), axis=1))
 
 
@@ -56,7 +56,7 @@ def test_the_turning_is_the_derivative_of_the_orientation() -> None:
     imu = imu_from_motions(np.arange(N), angle, rate, acceleration, G)
     h = 1e-5
     ahead, behind = (
-        turned(Turned(*(a + s * h * r for a, r in zip(angle, rate, strict=True))))
+        turned(ShipAngles(*(a + s * h * r for a, r in zip(angle, rate, strict=True))))
         for s in (1.0, -1.0)
     )
     # in the ship's axes, by central differences: h² times a third derivative of about 1
@@ -67,7 +67,7 @@ def test_the_turning_is_the_derivative_of_the_orientation() -> None:
 def test_a_ship_that_only_rolls_has_the_readings_of_one_that_only_rolls() -> None:
     angle, rate, (_, y, z) = motion()
     none = np.zeros(N)
-    flat = Turned(angle.roll, none, none), Turned(rate.roll, none, none)
+    flat = ShipAngles(angle.roll, none, none), ShipAngles(rate.roll, none, none)
     six = imu_from_motions(np.arange(N), *flat, (none, y, z), G)
     sine, cosine = np.sin(angle.roll), np.cos(angle.roll)
     planar = imu_from_roll(
@@ -103,7 +103,7 @@ def test_gimbals_leave_the_force_of_a_plane_that_only_rolls() -> None:
     angle, rate, acceleration = motion()
     imu = imu_from_motions(np.arange(N), angle, rate, acceleration, G)
     level = np.stack(acceleration, axis=1) + np.array([0.0, 0.0, G])
-    case = turned(Turned(angle.roll, np.zeros(N), angle.yaw)).inv().apply(level)
+    case = turned(ShipAngles(angle.roll, np.zeros(N), angle.yaw)).inv().apply(level)
     np.testing.assert_allclose(force_in_plane(imu, 'vertical')[:, 1:], case[:, 1:], atol=1e-14)
 
 
@@ -112,8 +112,8 @@ def test_pitch_alone_costs_only_the_plane_that_pitches(plane: str) -> None:
     """hull.md: a plane that pitches by θ with the ship feels g cos θ, the others g."""
     pitch = np.linspace(-0.3, 0.3, 61)
     none = np.zeros(61)
-    still = Turned(none, none, none)
-    imu = imu_from_motions(np.arange(61), Turned(none, pitch, none), still, (none,) * 3, G)
+    still = ShipAngles(none, none, none)
+    imu = imu_from_motions(np.arange(61), ShipAngles(none, pitch, none), still, (none,) * 3, G)
     force = force_in_plane(imu, plane)
     size = np.hypot(force[:, 1], force[:, 2])
     expected = G * np.cos(pitch) if plane == 'ship' else np.full(61, G)

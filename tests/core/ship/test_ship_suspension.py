@@ -36,7 +36,7 @@ from tauto_core.samples import (
 from tauto_core.scene import SceneError, load_scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import PropagationError
 from tauto_core.ship import ShipMotion, attitude
-from tauto_core.ship.buffer import felt_parts, felt_step_ns
+from tauto_core.ship.buffer import sensed_parts, sensed_step_ns
 from tauto_core.ship.imu import imu_from_roll
 from tauto_core.ship.suspension import Suspension
 from tauto_core.voyage import sail
@@ -218,7 +218,7 @@ def test_in_slow_motion_the_case_follows_the_apparent_vertical(large, close):
     beta = ship.roll + np.arctan2(-ship.force_y, ship.force_z)
     g_eff = np.hypot(ship.force_y, ship.force_z)
     _, phi, _, theta, contact = in_the_case(scene)
-    parts = felt_parts(scene)
+    parts = sensed_parts(scene)
     n = len(phi[::parts])
     size = np.max(np.abs(beta))
     assert size > 0.03
@@ -248,7 +248,7 @@ def test_large_and_small_angles_part_with_the_square_of_the_sea():
     apart = []
     for size in (0.3, 0.03):
         found = [
-            in_the_case(scene, imu)[1][:: felt_parts(scene)]
+            in_the_case(scene, imu)[1][:: sensed_parts(scene)]
             for large in (False, True)
             for scene in [scene_of(suspension__large_angles=large)]
             for imu in [shaken(1.1, size, rate=20.0, seconds=10.0)]
@@ -340,16 +340,16 @@ def test_jitter_and_lost_samples_hardly_matter():
 
 def test_the_case_is_sampled_as_its_fast_mode_needs():
     scene = load_scene(NAME, **RATE)
-    assert (felt_parts(scene), felt_step_ns(scene)) == (8, 6_250_000)
-    assert FAST * felt_step_ns(scene) * 1e-9 < 0.4
-    assert felt_parts(load_scene('involute_weight_at_sea')) == 1
+    assert (sensed_parts(scene), sensed_step_ns(scene)) == (8, 6_250_000)
+    assert FAST * sensed_step_ns(scene) * 1e-9 < 0.4
+    assert sensed_parts(load_scene('involute_weight_at_sea')) == 1
     assert scene.samples_beyond_end == 8
     assert load_scene('involute_weight_at_sea').samples_beyond_end == 4
     assert load_scene('ideal').samples_beyond_end == 0
     slow = scene_of(
         suspension__support_radius=3.0, suspension__gyration_radius=0.5, ship__rate=1000.0
     )
-    assert felt_parts(slow) == 1
+    assert sensed_parts(slow) == 1
 
 
 def test_a_coarse_accuracy_takes_a_third_of_the_samples(monkeypatch):
@@ -360,11 +360,11 @@ def test_a_coarse_accuracy_takes_a_third_of_the_samples(monkeypatch):
         load_scene(name, **{'solver.accuracy': a}) for a in (1e-6, 9e-4, asked)
     )
     *_, fast = coarse.suspension.frequencies(coarse.g)
-    assert 0.4 < fast * felt_step_ns(coarse) * 1e-9 < 1.2
-    assert fast * max(felt_step_ns(default), felt_step_ns(finer)) * 1e-9 < 0.4
+    assert 0.4 < fast * sensed_step_ns(coarse) * 1e-9 < 1.2
+    assert fast * max(sensed_step_ns(default), sensed_step_ns(finer)) * 1e-9 < 0.4
     read = [sail(load_scene(name, **changes)).samples[READING].time_ref_ns]
     monkeypatch.setattr('tauto_core.ship.sampling.LARGEST_COARSE_TURN', 0.4)
-    assert felt_parts(coarse) == 5
+    assert sensed_parts(coarse) == 5
     read.append(sail(load_scene(name, **changes)).samples[READING].time_ref_ns)
     apart_s = np.max(np.abs(read[0] - read[1])) * 1e-9
     # two hours may err as much as a day
@@ -439,17 +439,17 @@ def test_a_rate_too_low_for_wide_swings_names_one_that_works():
     quick = {'suspension__support_radius': 0.07, 'suspension__gyration_radius': 0.05}
     changes = quick | {'suspension__depth': 0.05, 'suspension__large_angles': True}
     with pytest.raises(SceneError, match='too low for wide swings') as caught:
-        felt_parts(scene_of(ship__rate=2.0, **changes))
+        sensed_parts(scene_of(ship__rate=2.0, **changes))
     assert caught.value.key == 'ship.rate'
     words = caught.value.remedy.split()
     least = float(words[words.index('least') + 1])
     assert 3.0 > least > 2.0
-    assert felt_parts(scene_of(ship__rate=4.0, **changes)) <= 64
+    assert sensed_parts(scene_of(ship__rate=4.0, **changes)) <= 64
 
 
 def test_a_fast_mode_too_fast_to_sample_is_refused_with_a_radius():
     scene = scene_of(suspension__gyration_radius=1e-4)
-    for start in (check_scene, TrochleaStage, felt_parts):
+    for start in (check_scene, TrochleaStage, sensed_parts):
         with pytest.raises(SceneError, match='at least') as caught:
             start(scene)
         assert caught.value.key == 'suspension.gyration_radius'

@@ -17,7 +17,7 @@ from tauto_core.machines import (
     AnyMachine,
     AxleClock,
     FluidPendulum,
-    InPlaceOfWheel,
+    OtherRegulator,
     SlackThreadError,
     compile_machine,
 )
@@ -43,7 +43,7 @@ from tauto_core.scene.sections import LEAST_TOLERANCE
 from tauto_core.scene.times import DAY_S, LEGIBLE, NS_PER_S
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.airs import BoxTemperature
-from tauto_core.ship.buffer import felt_parts, felt_step_ns, samples_a_piece
+from tauto_core.ship.buffer import samples_a_piece, sensed_parts, sensed_step_ns
 from tauto_core.ship.motions import SixMotions
 from tauto_core.ship.sampling import MAX_STRIDE, least_upward
 from tauto_core.ship.waves import Harmonics
@@ -346,11 +346,11 @@ def _finer_parts(scene: Scene) -> int | None:
     """Return into how many parts a finer run divides a step, `None` if that is impossible."""
     hung, finer = scene.suspension, FINER
     if hung is not None and hung.sticks:  # samples of the case round off its jumps
-        fewest = FINER[0] * felt_parts(scene)
+        fewest = FINER[0] * sensed_parts(scene)
         finer = tuple(range(fewest, 2 * fewest)) + FINER
     for parts in finer:
         try:
-            felt_parts(_sampled_finer(scene, parts))
+            sensed_parts(_sampled_finer(scene, parts))
         except SceneError:  # the suspension divides the step, too
             continue
         if scene.step_ns % parts == 0:
@@ -613,7 +613,7 @@ class Forecast:
 
 def forecast(
     scene: Scene,
-    machine: AnyMachine | InPlaceOfWheel,
+    machine: AnyMachine | OtherRegulator,
     progress: Callable[[float], None] | None = None,
     trial_s: float | None = None,
 ) -> Forecast:
@@ -627,12 +627,12 @@ def forecast(
         return _forecast_on_axle(scene, machine)
     if isinstance(machine, FluidPendulum):
         return _forecast_in_fluid(scene, machine)
-    assert not isinstance(machine, InPlaceOfWheel)
+    assert not isinstance(machine, OtherRegulator)
     still, swing_s = scene.lies_still, _swing_s(machine)
     name = propagator_name(machine, still=still)
     stepping = name == 'collocation'
     nominal_s = nominal_period_s(scene, machine)
-    step_s = _step_s(scene, machine) if stepping else felt_step_ns(scene) / NS_PER_S
+    step_s = _step_s(scene, machine) if stepping else sensed_step_ns(scene) / NS_PER_S
     rounding_s = _rounding_s(scene.duration, step_s, nominal_s)
     if still and not stepping:
         lost_s = scene.duration * PERIOD_ERROR if name == 'action_angle' else 0.0
@@ -684,7 +684,7 @@ JUDGED_IN_S = 0.2
 """Approximate processor time of the trials that measure the accuracy of a voyage [s]."""
 
 
-def accuracy_reached(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> dict[str, Any]:
+def accuracy_reached(scene: Scene, machine: AnyMachine | OtherRegulator) -> dict[str, Any]:
     """Return the accuracy that a scene states, and the accuracy of its run [s/day].
 
     `bound_s_per_day` is the bound of `Forecast` over the days of the run, at least one, or `None`.
@@ -705,13 +705,13 @@ def accuracy_reached(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> dict
     }
 
 
-def is_steep(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> bool:
+def is_steep(scene: Scene, machine: AnyMachine | OtherRegulator) -> bool:
     """Return whether the ship rolls too steeply for any rate to keep the default accuracy.
 
     If the upward force in a fixed case falls below `LEAST_UPWARD`, the law of the thread changes.
     No polynomial is exact across this change, and no samples are dense enough.
     """
-    if isinstance(machine, InPlaceOfWheel) or not machine.follows_apparent_vertical:
+    if isinstance(machine, OtherRegulator) or not machine.follows_apparent_vertical:
         return False
     if scene.lies_still or scene.suspension is not None:
         return False
@@ -788,25 +788,25 @@ def work_s(scene: Scene) -> float:
     name = propagator_name(machine, still=scene.lies_still)
     work_ns = scene.samples * NS_A_SAMPLE + scene.log_count * NS_A_LOG
     if scene.suspension is not None:
-        work_ns += scene.samples * felt_parts(scene) * NS_A_HUNG_SAMPLE
+        work_ns += scene.samples * sensed_parts(scene) * NS_A_HUNG_SAMPLE
     if name in NS_A_STEP:
         work_ns += scene.duration / _step_s(scene, machine) * NS_A_STEP[name]
     return work_ns / NS_PER_S
 
 
-def _step_s(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> float:
+def _step_s(scene: Scene, machine: AnyMachine | OtherRegulator) -> float:
     """Return the length of a step of the wheel [s]."""
     if isinstance(machine, AxleClock):
         return AXLE_PHASE_A_STEP / machine.fastest
     if isinstance(machine, FluidPendulum):
         return 0.5 * machine.small_period
-    assert not isinstance(machine, InPlaceOfWheel)
+    assert not isinstance(machine, OtherRegulator)
     engine = make_collocation(machine, tolerance(scene, machine))
-    piece_s = samples_a_piece(scene, steps_in(engine)) * felt_step_ns(scene) / NS_PER_S
+    piece_s = samples_a_piece(scene, steps_in(engine)) * sensed_step_ns(scene) / NS_PER_S
     return piece_s / math.ceil(piece_s / engine.longest_step_s)
 
 
-def tolerance(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> float:
+def tolerance(scene: Scene, machine: AnyMachine | OtherRegulator) -> float:
     """Return the relative error that a scene allows in one step of the collocation."""
     stated = None if scene.solver is None else scene.solver.tolerance
     error = asked_tolerance(machine, accuracy=scene.accuracy, tolerance=stated)

@@ -24,10 +24,10 @@ from tauto_core.machines import (
     AxleClock,
     FluidPendulum,
     HangingMachine,
-    InPlaceOfWheel,
     LeverMachine,
     Machine,
     NoSteadySwing,
+    OtherRegulator,
     rate_s_per_day,
     steady_swing,
 )
@@ -43,7 +43,7 @@ from tauto_core.scene.errors import TautoError
 from tauto_core.scene.times import DAY_S
 from tauto_core.ship import Passage
 from tauto_core.ship.airs import BoxTemperature
-from tauto_core.ship.buffer import felt_step_ns
+from tauto_core.ship.buffer import sensed_step_ns
 from tauto_core.ship.coast import ends_of
 from tauto_core.ship.motions.sea import SeaShip
 from tauto_core.ship.passage import normal_gravity
@@ -90,7 +90,7 @@ class Following:
 
 
 def lengths_between(
-    scene: Scene, machine: AnyMachine | InPlaceOfWheel
+    scene: Scene, machine: AnyMachine | OtherRegulator
 ) -> tuple[float, float | None] | None:
     """Return g/ω² and g/Ω² [m]. An ideal vertical thread is a fair model between these lengths.
 
@@ -171,10 +171,10 @@ def _share(waves: Waves, value: FloatArray) -> float | None:
 # Why a propagator was chosen.
 
 
-def reason(scene: Scene, machine: AnyMachine | InPlaceOfWheel, propagator: str) -> str:
+def reason(scene: Scene, machine: AnyMachine | OtherRegulator, propagator: str) -> str:
     """Return why the propagator of this name was chosen."""
-    if isinstance(machine, InPlaceOfWheel):
-        return machine.why_so
+    if isinstance(machine, OtherRegulator):
+        return machine.propagator_reason
     still = scene.lies_still
     tilts = '' if still else 'the roll' if scene.suspension is None else 'the swing of the case'
     if not isinstance(machine, Machine):
@@ -259,14 +259,14 @@ def _disturbances(machine: Machine, uneven: str, tilts: str) -> list[str]:
     ]
 
 
-def hangs(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> dict[str, Any] | None:
+def hangs(scene: Scene, machine: AnyMachine | OtherRegulator) -> dict[str, Any] | None:
     """Return the suspension of the case and its modes, `None` if it is fixed to the ship.
 
     `lengths_m` are of the simple pendulums with the periods of its modes (h and h′ of an axle),
     `large_angles` whether the full equations run, `step_s` the step of the clock's motion.
     `departure_rad` and `departure` are explained in `Following`.
     """
-    if scene.suspension is None or isinstance(machine, InPlaceOfWheel):
+    if scene.suspension is None or isinstance(machine, OtherRegulator):
         return None
     case = case_following(scene, machine)
     assert case is not None
@@ -275,13 +275,13 @@ def hangs(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> dict[str, Any] 
         'lengths_m': [scene.g / omega**2 for omega in scene.suspension.frequencies(scene.g)],
         'periods_s': list(case.periods_s),
         'large_angles': scene.suspension.large_angles,
-        'step_s': felt_step_ns(scene) * 1e-9,
+        'step_s': sensed_step_ns(scene) * 1e-9,
         'departure_rad': case.departure_rad,
         'departure': case.departure,
     }
 
 
-def thread(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> dict[str, Any] | None:
+def thread(scene: Scene, machine: AnyMachine | OtherRegulator) -> dict[str, Any] | None:
     """Return how good a model an ideal vertical thread is, `None` if no thread hangs freely.
 
     Length [m], period [s] and departure from the apparent vertical belong to a swinging thread and
@@ -340,9 +340,9 @@ def slack_thread(scene: Scene) -> dict[str, float] | None:
     return {'acceleration_m_s2': sigma, 'times_a_day': per_s * DAY_S}
 
 
-def resonances(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[str]:
+def resonances(scene: Scene, machine: AnyMachine | OtherRegulator) -> list[str]:
     """Return warnings about a thread or a case in resonance with the wheel or the waves."""
-    if isinstance(machine, InPlaceOfWheel):
+    if isinstance(machine, OtherRegulator):
         return []
 
     bodies = {'suspension': case_following(scene, machine)}
@@ -383,7 +383,7 @@ def way(scene: Scene) -> dict[str, Any] | None:
     }
 
 
-def felt_air(scene: Scene) -> dict[str, float]:
+def sensed_air(scene: Scene) -> dict[str, float]:
     """Return the range of the temperature in the clock's box, from some 10,000 instants."""
     assert scene.air is not None
     logs = np.arange(0, scene.log_count, max(scene.log_count // 10_000, 1))
@@ -402,7 +402,7 @@ USUAL_MASS = 10.0
 """Mass of a case for the figure of the wheel's effect on it [kg]."""
 
 
-class LeftOut(NamedTuple):
+class Omission(NamedTuple):
     """A property of a real clock, ship or sea that the simulation of a scene leaves out.
 
     Attributes:
@@ -427,7 +427,7 @@ _THREAD = '0.3 s/day by a thread of 1 m, 90 by one of 16 m, in a roll of 0.1 rad
 # up to 4 ω_p, gravity from gravity.md, thread and lever from threads.md, Euler's weight from
 # wheel.md; the case's answer from (suspension.5).
 TABLE = tuple(
-    LeftOut(*row)
+    Omission(*row)
     for row in (
         ('added mass', 'The body moves no fluid along.', None, 'regulator.added_mass'),
         ('viscosity of the fluid', 'The fluid resists by the square of the speed alone.'),
@@ -485,7 +485,7 @@ TABLE = tuple(
 """All effects that a scene may leave out, from the wheel outwards. `left_out` selects."""
 
 
-def left_out(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[LeftOut]:
+def left_out(scene: Scene, machine: AnyMachine | OtherRegulator) -> list[Omission]:
     """Return the effects that a scene leaves out, in the order of `TABLE`."""
     ship, hung, escapement, voyage = scene.ship, scene.suspension, scene.escapement, scene.voyage
     moves, feels, drag = not ship.lies_still, machine.feels_gravity, scene.drag or Drag()
@@ -497,7 +497,7 @@ def left_out(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[LeftOut
     body = scene.regulator
     in_fluid = body if isinstance(body, FluidTautochroneRegulator) else None
     wheel, plain = scene.trochlea is not None, isinstance(machine, Machine)
-    heat = NO_HEAT if isinstance(machine, InPlaceOfWheel) else machine.heat
+    heat = NO_HEAT if isinstance(machine, OtherRegulator) else machine.heat
     thread, pull = None, None
     if scene.trochlea is not None:
         thread, pull = scene.trochlea.thread, scene.trochlea.power.pull
@@ -669,7 +669,7 @@ def scene_facts(scene: Scene, progress: Callable[[float], None] | None = None) -
         'thread': thread(scene, machine),
         **({} if slack is None else {'slack': slack}),
         'voyage': way(scene),
-        **({} if scene.air is None else {'air': felt_air(scene)}),
+        **({} if scene.air is None else {'air': sensed_air(scene)}),
         'motion_kept': scene.keeps_motion,
         'logged_samples': scene.log_count,
         'log_interval_s': scene.log_interval_ns * 1e-9,
@@ -682,7 +682,7 @@ def scene_facts(scene: Scene, progress: Callable[[float], None] | None = None) -
     }
 
 
-def _regulator_facts(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> dict[str, Any]:
+def _regulator_facts(scene: Scene, machine: AnyMachine | OtherRegulator) -> dict[str, Any]:
     """Return curve, range and release of the regulator. An unlimited range is `None`."""
     if isinstance(machine, AxleClock):
         regulator = cast(AxleRegulator, scene.regulator)
@@ -699,7 +699,7 @@ def _regulator_facts(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> dict
             'curve_range_m': [None if math.isinf(end) else end for end in ends],
             'release_arc_m': machine.release_arc,
         }
-    assert not isinstance(machine, InPlaceOfWheel)
+    assert not isinstance(machine, OtherRegulator)
     edge = machine.range_rad
     return {
         'cam': None if scene.trochlea is None else scene.trochlea.cam.kind,
@@ -708,7 +708,7 @@ def _regulator_facts(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> dict
     }
 
 
-def _steady_swing(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> dict[str, Any] | None:
+def _steady_swing(scene: Scene, machine: AnyMachine | OtherRegulator) -> dict[str, Any] | None:
     """Return the swing in which the clock settles on land, `None` if the machine has none.
 
     Amplitude [rad], period [s], its rate and the rate of free swings with that amplitude [s/day],
@@ -731,9 +731,9 @@ def _steady_swing(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> dict[st
     }
 
 
-def _wandering(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[str]:
+def _wandering(scene: Scene, machine: AnyMachine | OtherRegulator) -> list[str]:
     """Return a warning if the sea makes the rate wander by more than the navigator expects."""
-    if scene.lies_still or isinstance(machine, InPlaceOfWheel):
+    if scene.lies_still or isinstance(machine, OtherRegulator):
         return []
     if not isinstance(machine, HangingMachine):
         expects = scene.drift.white_fm or scene.drift.random_walk_fm

@@ -16,9 +16,9 @@ from tauto_core.curves.numerics import workable_remedies
 from tauto_core.machines import (
     AnyMachine,
     HangingMachine,
-    InPlaceOfWheel,
     LeverMachine,
     Machine,
+    OtherRegulator,
     QuadratureError,
     compile_machine,
 )
@@ -35,7 +35,7 @@ from tauto_core.scene.errors import (
 )
 from tauto_core.scene.times import DAY_S, LAST_STAMP_S
 from tauto_core.ship import Passage, ShipMotion
-from tauto_core.ship.buffer import felt_parts
+from tauto_core.ship.buffer import sensed_parts
 from tauto_core.ship.imu import attitude
 from tauto_core.wording import span
 
@@ -204,7 +204,7 @@ STRONGEST_DRAG = 1e4
 class Built(NamedTuple):
     """Machine and ship's motion of a scene, built once for its checks and its run."""
 
-    machine: AnyMachine | InPlaceOfWheel
+    machine: AnyMachine | OtherRegulator
     motion: ShipMotion
 
 
@@ -224,7 +224,7 @@ def check_scene(scene: Scene, motion: ShipMotion | None = None) -> Built:
         Passage(scene, scene.voyage)
     machine = compile_machine(scene)
     _check_dial(scene, machine.frequency)
-    if isinstance(machine, InPlaceOfWheel):
+    if isinstance(machine, OtherRegulator):
         from tauto_core.machines import FluidPendulum  # few scenes have one
 
         if isinstance(machine, FluidPendulum):
@@ -232,7 +232,7 @@ def check_scene(scene: Scene, motion: ShipMotion | None = None) -> Built:
         return Built(machine, motion or ShipMotion(scene))
     _check_escapement(scene, machine.range_rad)
     _check_drag(scene, machine)
-    felt_parts(scene)
+    sensed_parts(scene)
     motion = motion or ShipMotion(scene)
     _check_start(scene, machine, motion)
     _check_motion(scene, machine)
@@ -263,7 +263,7 @@ def _overdamped(scene: Scene) -> list[Problem]:
     if scene.drag is None or scene.drag.viscous == 0.0:
         return []
     machine = compile_machine(scene)
-    if isinstance(machine, InPlaceOfWheel):  # only its fluid resists
+    if isinstance(machine, OtherRegulator):  # only its fluid resists
         return []
     critical = 2.0 * machine.inertia * machine.frequency
     if scene.drag.viscous <= critical:
@@ -274,7 +274,7 @@ def _overdamped(scene: Scene) -> list[Problem]:
 
 
 def plausibility_warnings(
-    scene: Scene, machine: AnyMachine | InPlaceOfWheel | None = None
+    scene: Scene, machine: AnyMachine | OtherRegulator | None = None
 ) -> list[str]:
     """Return warnings about a scene that can run: possible values that are probably mistakes.
 

@@ -22,12 +22,12 @@ from tauto_core.cli import shown, voyages
 from tauto_core.cli.calls import Command
 from tauto_core.cli.terminal import (
     Terminated,
-    be_quiet,
     drop_output,
     option,
     prepare_streams,
     saying_warnings,
     send_lost_again,
+    set_quiet,
 )
 from tauto_core.scene.errors import TautoError, spelled
 
@@ -141,7 +141,7 @@ class Commands(TyperGroup):
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Remove `--quiet` from any place in the command line, and translate old words."""
         ours = args[: args.index('--')] if '--' in args else args
-        be_quiet(not {'--quiet', '-q'}.isdisjoint(ours))
+        set_quiet(not {'--quiet', '-q'}.isdisjoint(ours))
         words = [word for word in ours if word not in ('--quiet', '-q')] + args[len(ours) :]
         if words[:1] == ['plate']:  # the name of 0.2, for a release
             words[:1] = ['cam', '--plate']

@@ -94,7 +94,7 @@ def option(argument: Argument) -> str:
 _state = {'quiet': False}
 
 
-def be_quiet(quiet: bool) -> None:
+def set_quiet(quiet: bool) -> None:
     """Switch messages off or on."""
     _state['quiet'] = quiet
 

@@ -24,7 +24,7 @@ from tauto_core.clockwork.trochlea import (
     DialSetting,
     TrochleaStage,
 )
-from tauto_core.machines import InPlaceOfWheel, compile_machine
+from tauto_core.machines import OtherRegulator, compile_machine
 from tauto_core.samples import (
     JOINT_STATES,
     READING,
@@ -279,7 +279,7 @@ class Limits(Stateful):
         machine = compile_machine(scene)
         self._frequency = math.tau / machine.small_period
         self._moves = not scene.lies_still
-        if isinstance(machine, InPlaceOfWheel):
+        if isinstance(machine, OtherRegulator):
             self._release, self._moves = machine.largest_start, machine.follows_apparent_vertical
         else:
             self._release = max(1.0, abs(machine.release_angle))

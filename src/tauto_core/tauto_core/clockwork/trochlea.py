@@ -13,9 +13,9 @@ import numpy as np
 
 from tauto_core.machines import (
     AnyMachine,
-    InPlaceOfWheel,
     LeverMachine,
     Machine,
+    OtherRegulator,
     SteadySwing,
     compile_machine,
     rate_s_per_day,
@@ -55,8 +55,8 @@ from tauto_core.ship.buffer import (
     BufferInCommon,
     MotionBuffer,
     SharedBuffers,
-    felt_step_ns,
     samples_a_piece,
+    sensed_step_ns,
 )
 from tauto_core.ship.imu import Sensed, message, parted, screen
 from tauto_core.wording import significant
@@ -89,10 +89,10 @@ def dial_ns(half_turns: IntArray, fraction: FloatArray, nominal_period_s: float)
 
 
 def at_departure(
-    scene: Scene, machine: AnyMachine | InPlaceOfWheel
-) -> AnyMachine | InPlaceOfWheel:
+    scene: Scene, machine: AnyMachine | OtherRegulator
+) -> AnyMachine | OtherRegulator:
     """Return the machine at the temperature of the clock at the start of the scene."""
-    if scene.air is None or isinstance(machine, InPlaceOfWheel):
+    if scene.air is None or isinstance(machine, OtherRegulator):
         return machine
     return machine.at_celsius(float(BoxTemperature(scene).at(np.zeros(1, np.int64))[0]))
 
@@ -101,7 +101,7 @@ STALE_S_PER_DAY = 60.0
 """Rate on land above which a stated nominal period is perhaps another machine's [s/day]."""
 
 
-def nominal_period_s(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> float:
+def nominal_period_s(scene: Scene, machine: AnyMachine | OtherRegulator) -> float:
     """Return the time by which the dial advances in a full swing [s].
 
     If the scene does not state it, the dial is right at the start, in its gravity and temperature.
@@ -109,27 +109,27 @@ def nominal_period_s(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> floa
     return scene.clock.nominal_period or regulated_period_s(at_departure(scene, machine))
 
 
-def regulated_period_s(machine: AnyMachine | InPlaceOfWheel) -> float:
+def regulated_period_s(machine: AnyMachine | OtherRegulator) -> float:
     """Return the period of the steady swing, or of small swings if there is no steady one [s]."""
     return _steady_period_s(machine) or machine.small_period
 
 
-def _steady_period_s(machine: AnyMachine | InPlaceOfWheel) -> float | None:
+def _steady_period_s(machine: AnyMachine | OtherRegulator) -> float | None:
     swing = steady_swing(machine) if isinstance(machine, Machine | LeverMachine) else None
     return swing.period if isinstance(swing, SteadySwing) else None
 
 
 def on_first_day(
-    scene: Scene, machine: AnyMachine | InPlaceOfWheel
-) -> AnyMachine | InPlaceOfWheel:
+    scene: Scene, machine: AnyMachine | OtherRegulator
+) -> AnyMachine | OtherRegulator:
     """Return the machine at the mean temperature of the first day."""
-    if scene.air is None or isinstance(machine, InPlaceOfWheel):
+    if scene.air is None or isinstance(machine, OtherRegulator):
         return machine
     first_day = np.arange(0, math.ceil(DAY_S * NS_PER_S / scene.log_interval_ns))
     return machine.at_celsius(float(BoxTemperature(scene).at(first_day).mean()))
 
 
-def stale_dial(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> list[str]:
+def stale_dial(scene: Scene, machine: AnyMachine | OtherRegulator) -> list[str]:
     """Return a warning if a stated nominal period is not the machine's.
 
     It must differ by more than `STALE_S_PER_DAY` from both the steady swing and small swings.
@@ -380,14 +380,14 @@ class TrochleaStage(Stateful):
         self,
         scene: Scene,
         anchor: Literal['scene', 'first'] = 'scene',
-        machine: AnyMachine | InPlaceOfWheel | None = None,
+        machine: AnyMachine | OtherRegulator | None = None,
         buffers: SharedBuffers | None = None,
     ) -> None:
         self._scene = scene
         self._anchor = anchor
         self._still = scene.lies_still
         self._machine = compile_machine(scene) if machine is None else machine
-        heat = None if isinstance(self._machine, InPlaceOfWheel) else self._machine.heat
+        heat = None if isinstance(self._machine, OtherRegulator) else self._machine.heat
         self._warmth = Warmth(heat, scene.log_interval_ns) if heat and heat.acts else None
         tolerance = asked_tolerance(
             self._machine,
@@ -405,7 +405,7 @@ class TrochleaStage(Stateful):
             'apparent_gravity': self._machine.feels_gravity,
             'plane': 'ship' if scene.trochlea is None else scene.trochlea.thread_plane,
             'still': self._still,
-            'step_ns': felt_step_ns(scene),
+            'step_ns': sensed_step_ns(scene),
             'max_gap_s': max_gap_s,
             'stride': stride,
             'smooth': smooth,
@@ -569,7 +569,7 @@ class TrochleaStage(Stateful):
             JOINT_STATES: JointSamples(
                 stamps,
                 WHEEL_FRAME,
-                BODY_NAMES if isinstance(self._machine, InPlaceOfWheel) else WHEEL_NAMES,
+                BODY_NAMES if isinstance(self._machine, OtherRegulator) else WHEEL_NAMES,
                 column('angle')[:, None],
                 column('rate')[:, None],
                 column('torque')[:, None],
@@ -629,7 +629,7 @@ class SwingTally:
     apparent vertical, a tilt τ of that adds ⟨τ²⟩ to the amplitude squared.
     """
 
-    def __init__(self, scene: Scene, machine: AnyMachine | InPlaceOfWheel | None = None) -> None:
+    def __init__(self, scene: Scene, machine: AnyMachine | OtherRegulator | None = None) -> None:
         self._scene, self._built = scene, machine
         self._angle, self._rate = np.empty(0), np.empty(0)
         self._first_ns: int | None = None
@@ -679,7 +679,7 @@ class SwingTally:
         the reason. Both are `None` if it still runs.
         """
         machine = self._machine
-        if isinstance(machine, InPlaceOfWheel):
+        if isinstance(machine, OtherRegulator):
             least_ns = self._last_ns - BODY_REST_PERIODS * machine.small_period * NS_PER_S
             middle = self._beat_ns, 'from then on the body did not pass the middle'
             faint = self._reach_ns, 'its swing had died away'
@@ -696,14 +696,14 @@ class SwingTally:
         return {'amplitude_rad': amplitude, 'stopped_s': stopped_s, 'stopped_why': why}
 
     @cached_property
-    def _machine(self) -> AnyMachine | InPlaceOfWheel:
+    def _machine(self) -> AnyMachine | OtherRegulator:
         return self._built or compile_machine(self._scene)
 
     @cached_property
     def _needed(self) -> float:
         """Least energy of a swing that runs a clock: it reaches the impulse on both sides [J]."""
         escapement = self._scene.escapement
-        if isinstance(self._machine, InPlaceOfWheel) or escapement is None:
+        if isinstance(self._machine, OtherRegulator) or escapement is None:
             return THERMAL_ENERGY_J
         sides = np.array([escapement.angle, -escapement.angle])
         return max(

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from tauto_core.ensembles.rows import Rows, has_arrived
-from tauto_core.ensembles.trials import Sailed, ocean_of_passage, season_of
+from tauto_core.ensembles.trials import SailedTrial, ocean_of_passage, season_of
 from tauto_core.navigation.longitude import ARCMIN_PER_S, AWARDS, LEAST_UNCHECKED_DAYS
 from tauto_core.results import drawn_by
 from tauto_core.samples import FloatArray
@@ -410,7 +410,7 @@ def check_local_time(local_time_s: float) -> None:
         raise UsageError(Argument('local_time', f'{local_time_s:g}'), limits)
 
 
-def answers_of(sailed: Sailed, local_time_s: float = LOCAL_TIME_S) -> TrialAnswers:
+def answers_of(sailed: SailedTrial, local_time_s: float = LOCAL_TIME_S) -> TrialAnswers:
     """Return the answers of a trial. The navigator's local time errs by `local_time_s`."""
     trial = sailed.trial
     passages = {trip.name: trip for trip in trial.passages}
@@ -563,7 +563,7 @@ SAILED_WITHIN_DAYS = 3.0
 """Largest time between their first entries: both clocks have then been at sea as long."""
 
 
-def _companies(sailed: Sailed) -> Iterator[ConvoyPair]:
+def _companies(sailed: SailedTrial) -> Iterator[ConvoyPair]:
     rows = {(row['clock'], row['passage']): row for row in sailed.rows if row['drawn'] == 'log'}
     clocks = [clock.name for clock in sailed.trial.rules.clocks]
     for a, b in combinations(sailed.trial.passages, 2):

@@ -25,15 +25,15 @@ from tauto_core.clockwork.trochlea import at_departure, nominal_period_s
 from tauto_core.curves.cams.corrected import EquivalentCam, LinearisedCam
 from tauto_core.curves.materials import material
 from tauto_core.ensembles.rows import Voyages, sail
-from tauto_core.ensembles.workers import Crew
+from tauto_core.ensembles.workers import WorkerPool
 from tauto_core.files import check_place, write_output
 from tauto_core.machines import (
     AnyMachine,
     HangingMachine,
-    InPlaceOfWheel,
     LeverMachine,
     Machine,
     NoSteadySwing,
+    OtherRegulator,
     SteadySwing,
     compile_machine,
     rate_s_per_day,
@@ -263,7 +263,7 @@ def _aged(machine: AnyMachine, age_s: float) -> AnyMachine:
 
 def account(
     scene: Scene,
-    crew: Crew,
+    crew: WorkerPool,
     progress: Callable[[float], None] | None = None,
     *,
     origin: str | None = None,
@@ -285,7 +285,7 @@ def account(
             check_known(scene)
         built, motion = check_scene(scene)
         machine = at_departure(scene, built)
-        if isinstance(machine, InPlaceOfWheel):
+        if isinstance(machine, OtherRegulator):
             raise UsageError(
                 f'{scene.name}: a body in a fluid or on an axle has no drag, escapement or heat '
                 'to be told apart. Use a scene with a trochlea'
@@ -425,7 +425,7 @@ def sail_job(voyage: _NumberedJob, progress: Callable[[float], None]) -> list[di
 
 
 def _sailed(
-    jobs: Mapping[str, Job], crew: Crew, progress: Callable[[float], None] | None
+    jobs: Mapping[str, Job], crew: WorkerPool, progress: Callable[[float], None] | None
 ) -> dict[str, FloatArray]:
     plan = Voyages(sail_job, [(k, *item) for k, item in enumerate(jobs.items())], case_of)
     report = None if progress is None else lambda count: progress(count / len(jobs))

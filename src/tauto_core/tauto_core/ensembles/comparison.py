@@ -21,8 +21,8 @@ from tauto_core.checks.cost import work_s
 from tauto_core.checks.readiness import check_known, check_scene
 from tauto_core.clockwork.trochlea import on_first_day, regulated_period_s
 from tauto_core.ensembles.rows import Voyages, figures_of, has_arrived, sail
-from tauto_core.ensembles.workers import Crew
-from tauto_core.machines import AnyMachine, InPlaceOfWheel
+from tauto_core.ensembles.workers import WorkerPool
+from tauto_core.machines import AnyMachine, OtherRegulator
 from tauto_core.navigation.regressors import SHAKEN_BY, SharedIntegrals
 from tauto_core.results import Summary, drawn_by
 from tauto_core.samples import READING, SHIP_IMU, Batches, Samples, TimeSamples
@@ -267,7 +267,7 @@ def with_rate(scene: Scene, rate_hz: float) -> Scene:
     return scene.model_copy(update={'ship': ship})
 
 
-def regulated(scene: Scene, machine: AnyMachine | InPlaceOfWheel) -> Scene:
+def regulated(scene: Scene, machine: AnyMachine | OtherRegulator) -> Scene:
     """Return a scene with the dial regulated at the mean temperature of its first day."""
     period_s = regulated_period_s(on_first_day(scene, machine))
     dial = scene.clock.model_copy(update={'nominal_period': period_s})
@@ -499,7 +499,7 @@ def compare(
     for entry in entries:
         with naming(entry.origin, entry.scene.name):
             works_s.append(work_s(entry.scene))
-    crew = Crew(jobs).for_work(works_s)
+    crew = WorkerPool(jobs).for_work(works_s)
     seas = in_one_sea(entries, crew.jobs)
     plan = Voyages(sail_sea, seas, lambda sea: ', '.join(entry.scene.name for _, entry in sea))
     report = None if progress is None else lambda count: progress(count / len(seas))
@@ -546,7 +546,7 @@ class Sea:
 
     def sail(
         self,
-        afloat: Sequence[Afloat],
+        afloat: Sequence[ClockInSea],
         began_s: float,
         progress: Progress | None,
         *,
@@ -581,7 +581,7 @@ class Sea:
             clock.run_s += shared_s / len(afloat)
 
 
-class Afloat:
+class ClockInSea:
     """A clock under way, together with others in one sea. `rated` clocks are regulated first.
 
     Attributes:
@@ -633,7 +633,7 @@ class Afloat:
         return figures_of(self.report, self.ended, self.run_s)
 
 
-class _Compared(Afloat):
+class _Compared(ClockInSea):
     def __init__(self, entry: Entry, sea: Sea) -> None:
         self.entry, self.trace = entry, ErrorTrace(entry.scene)
         super().__init__(entry.scene, entry.origin, sea)

@@ -23,7 +23,7 @@ from tauto_core.checks.cost import work_s
 from tauto_core.checks.readiness import check_known, check_scene
 from tauto_core.ensembles.answers import Answers, statistics_of
 from tauto_core.ensembles.rows import ENDED, FIGURE_TYPES, Columns, Rows, Voyages, figures_of, sail
-from tauto_core.ensembles.workers import Crew, versions
+from tauto_core.ensembles.workers import WorkerPool, versions
 from tauto_core.results import drawn_by
 from tauto_core.scene import Scene, scene_yaml
 from tauto_core.scene.errors import (
@@ -390,7 +390,7 @@ class Fleet:
 
 def sail_fleet(
     plan: Plan,
-    crew: Crew,
+    crew: WorkerPool,
     out: Path | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Fleet:

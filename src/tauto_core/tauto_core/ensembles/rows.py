@@ -33,7 +33,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, overload
 
 import numpy as np
 
-from tauto_core.ensembles.workers import Crew, Task, WorkerError, run_each
+from tauto_core.ensembles.workers import Task, WorkerError, WorkerPool, run_each
 from tauto_core.files import DRAFTS, one_writer, write_whole
 from tauto_core.scene.errors import (
     Argument,
@@ -386,7 +386,7 @@ class Voyages(Generic[Voyage]):
 
 def sail(
     plan: Voyages[Any],
-    crew: Crew,
+    crew: WorkerPool,
     out: Path | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Rows:
@@ -418,7 +418,7 @@ def sail(
 
         # all voyages, not only the pending ones: a continued run uses as many processes
         works_s = [plan.cost_s(item) for item in pending[:1]] * len(voyages)
-        crew = crew.for_work(works_s) if pending else Crew(1)
+        crew = crew.for_work(works_s) if pending else WorkerPool(1)
         try:
             with closing(run_each(plan.task, pending, crew, tell)) as ended:
                 for run in ended:

@@ -23,14 +23,14 @@ from tauto_core.checks.cost import work_s
 from tauto_core.checks.readiness import check_known
 from tauto_core.ensembles.comparison import (
     CLOCKS,
-    Afloat,
+    ClockInSea,
     Sea,
     on_passage_of,
     refuse_same_names,
     with_rate,
 )
 from tauto_core.ensembles.rows import ENDED, FIGURE_TYPES, Columns, Voyages, sail
-from tauto_core.ensembles.workers import Crew, versions
+from tauto_core.ensembles.workers import WorkerPool, versions
 from tauto_core.navigation import DriftStage, LongitudeStage, LongitudeTally
 from tauto_core.navigation.covariates import coefficients
 from tauto_core.navigation.longitude import LEAST_UNCHECKED_DAYS
@@ -580,7 +580,7 @@ TRACES = {'noon_raw_error_nmi': 'raw_error_nmi', 'noon_error_nmi': 'error_nmi'}
 """Columns with the errors at each entry of the log, and their names in `longitude/error`."""
 
 
-class _Tried(Afloat):
+class _Tried(ClockInSea):
     def __init__(self, clock: TriedClock, scene: Scene, origin: str, sea: Sea) -> None:
         super().__init__(scene, origin, sea, rated=True)
         self.clock = clock
@@ -683,7 +683,7 @@ COLUMNS: Columns = {
 
 
 @dataclass(frozen=True)
-class Sailed:
+class SailedTrial:
     """A trial that has been sailed, with the rows of `sail_passage`, sorted by their numbers."""
 
     trial: Trial
@@ -692,10 +692,10 @@ class Sailed:
 
 def sail_trial(
     trial: Trial,
-    crew: Crew,
+    crew: WorkerPool,
     out: Path | None = None,
     progress: Callable[[float], None] | None = None,
-) -> Sailed:
+) -> SailedTrial:
     """Sail a trial, or the rest of it, as `rows.sail` does. Invalid passages are refused first."""
     trial.check()
     leader, *peers = trial.rules.clocks
@@ -709,4 +709,4 @@ def sail_trial(
         columns=COLUMNS,
         identity=trial.identity(),
     )
-    return Sailed(trial, list(sail(plan, crew, out, progress)))
+    return SailedTrial(trial, list(sail(plan, crew, out, progress)))

@@ -82,7 +82,7 @@ class WorkerError(TautoError):
 
 
 @dataclass(frozen=True)
-class Crew:
+class WorkerPool:
     """The processes on which runs are made.
 
     Attributes:
@@ -100,7 +100,7 @@ class Crew:
                 Argument('jobs', self.jobs), ': must be at least 1. Use for example 2'
             )
 
-    def for_work(self, works_s: Iterable[float]) -> Crew:
+    def for_work(self, works_s: Iterable[float]) -> WorkerPool:
         """Return this process alone if others would take longer to start than they would save.
 
         `works_s` are the expected processor times of the runs [s].
@@ -109,7 +109,7 @@ class Crew:
             return self
         works = list(works_s)
         saved_s = sum(works) * (1.0 - 1.0 / min(self.jobs, len(works)))
-        return self if saved_s > POOL_START_S else Crew(1)
+        return self if saved_s > POOL_START_S else WorkerPool(1)
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,10 @@ class Ended(Generic[Result]):
 
 
 def run_each(
-    task: Task[Item, Result], items: Sequence[Item], crew: Crew, progress: Share | None = None
+    task: Task[Item, Result],
+    items: Sequence[Item],
+    crew: WorkerPool,
+    progress: Share | None = None,
 ) -> Generator[Ended[Result]]:
     """Yield the result of each item as runs end. They begin in the order of the items.
 
@@ -166,7 +169,10 @@ def run_each(
 
 
 def _run_beside(
-    task: Task[Item, Result], items: Sequence[Item], crew: Crew, tell: Callable[[int, float], None]
+    task: Task[Item, Result],
+    items: Sequence[Item],
+    crew: WorkerPool,
+    tell: Callable[[int, float], None],
 ) -> Generator[Ended[Result]]:
     news: queue.SimpleQueue[tuple[int, float] | Future[Result]] = queue.SimpleQueue()
     with ExitStack() as started:

@@ -16,7 +16,7 @@ from tauto_core.machines.compiling import (
     free_swings,
     isochronism,
 )
-from tauto_core.machines.parts import InPlaceOfWheel, Isochronism, Regulator, rate_s_per_day
+from tauto_core.machines.parts import Isochronism, OtherRegulator, Regulator, rate_s_per_day
 from tauto_core.machines.steady_swing import NoSteadySwing, SteadySwing, steady_swing
 from tauto_core.machines.threads.hanging import HangingMachine
 from tauto_core.machines.threads.lever import LeverMachine
@@ -30,11 +30,11 @@ __all__ = [
     'AxleClock',
     'FluidPendulum',
     'HangingMachine',
-    'InPlaceOfWheel',
     'Isochronism',
     'LeverMachine',
     'Machine',
     'NoSteadySwing',
+    'OtherRegulator',
     'QuadratureError',
     'Regulator',
     'SlackThreadError',

@@ -24,7 +24,7 @@ from pydantic import Field
 
 from tauto_core.curves.numerics import integrate
 from tauto_core.machines.parts import (
-    InPlaceOfWheel,
+    OtherRegulator,
     beside_regulator,
     wrong,
 )
@@ -424,7 +424,7 @@ def rolling_period(body: AxlePendulum, radius: float, amplitude: float) -> float
 
 
 @dataclass(frozen=True)
-class AxleClock(InPlaceOfWheel):
+class AxleClock(OtherRegulator):
     """A body on an axle, as numbers.
 
     Attributes:
@@ -469,7 +469,7 @@ class AxleClock(InPlaceOfWheel):
         return AxleContact(self.radius, self.contact != 'smooth')
 
     @property
-    def why_so(self) -> str:
+    def propagator_reason(self) -> str:
         """Why it moves in steps."""
         return 'its exact equations, in steps of 16 stages that are iterated to rounding'
 

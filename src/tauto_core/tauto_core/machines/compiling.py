@@ -14,8 +14,8 @@ from tauto_core.machines.axle_pendulum import AxleClock, AxleRegulator
 from tauto_core.machines.parts import (
     DragKind,
     EscapementKind,
-    InPlaceOfWheel,
     Isochronism,
+    OtherRegulator,
     Regulator,
     checked_amplitudes,
     rate_s_per_day,
@@ -92,7 +92,7 @@ class SceneParts(Protocol):
         """Whether the ship does not move."""
 
 
-def compile_machine(scene: SceneParts) -> AnyMachine | InPlaceOfWheel:
+def compile_machine(scene: SceneParts) -> AnyMachine | OtherRegulator:
     """Return the regulator of a scene as numbers: its trochlea, or its `regulator`.
 
     SceneError: a machine that cannot be built, or a release beyond its range.
@@ -133,13 +133,13 @@ def compile_trochlea(scene: SceneParts) -> AnyMachine:
 
 
 def free_swings(
-    machine: AnyMachine | InPlaceOfWheel, amplitudes: Iterable[float], nominal_period_s: float
+    machine: AnyMachine | OtherRegulator, amplitudes: Iterable[float], nominal_period_s: float
 ) -> Isochronism | DescentIsochronism:
     """Return period and rate of free swings on land, at amplitudes in [rad], or [m] in a fluid.
 
     UsageError: see `isochronism` and `descent_isochronism`.
     """
-    if isinstance(machine, AxleClock) or not isinstance(machine, InPlaceOfWheel):
+    if isinstance(machine, AxleClock) or not isinstance(machine, OtherRegulator):
         return isochronism(machine, amplitudes, nominal_period_s)
     from tauto_core.machines.fluid_pendulum import FluidPendulum, descent_isochronism
 
@@ -169,13 +169,13 @@ _ROUNDING = 4.0 * np.finfo(float).eps
 
 
 def swing_energy(
-    machine: AnyMachine | InPlaceOfWheel, angle: FloatArray, rate: FloatArray
+    machine: AnyMachine | OtherRegulator, angle: FloatArray, rate: FloatArray
 ) -> FloatArray:
     """Return the energy V(θ) + ½ M θ̇² of a swing on land [J], (n,), from angles and rates, (n,).
 
     A hanging thread has its energy of small swings. Angles are clipped to the range.
     """
-    if isinstance(machine, InPlaceOfWheel):
+    if isinstance(machine, OtherRegulator):
         return machine.swing_energy(angle, rate)
     if isinstance(machine, HangingMachine):
         small = (machine.frequency * angle) ** 2 + rate * rate

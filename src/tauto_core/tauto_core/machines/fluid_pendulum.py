@@ -35,7 +35,7 @@ from tauto_core.curves.numerics import (
 from tauto_core.machines.half_swings import BothWays
 from tauto_core.machines.parts import (
     AmplitudeTable,
-    InPlaceOfWheel,
+    OtherRegulator,
     checked_amplitudes,
     rate_s_per_day,
 )
@@ -500,7 +500,7 @@ class DescentIsochronism(AmplitudeTable):
 
 
 @dataclass(frozen=True)
-class FluidPendulum(InPlaceOfWheel):
+class FluidPendulum(OtherRegulator):
     """A body on a curve in a fluid, as numbers.
 
     Attributes:
@@ -540,7 +540,7 @@ class FluidPendulum(InPlaceOfWheel):
         return 0.5 * self.weight / self.gravity * small
 
     @property
-    def why_so(self) -> str:
+    def propagator_reason(self) -> str:
         """Why it moves half swing by half swing."""
         how = 'in closed form' if self.is_euler else 'by quadrature'
         how = 'by collocation' if self.viscous else how

@@ -51,7 +51,7 @@ def beside_regulator(sections: Mapping[str, object], why: Mapping[str, str]) -> 
 # The base of regulators that stand in place of a wheel.
 
 
-class InPlaceOfWheel(ABC):
+class OtherRegulator(ABC):
     """A regulator without a trochlea, drive and temperature dependence."""
 
     drag: ClassVar[None] = None
@@ -68,7 +68,7 @@ class InPlaceOfWheel(ABC):
 
     @property
     @abstractmethod
-    def why_so(self) -> str:
+    def propagator_reason(self) -> str:
         """Why it has this propagator, as a clause."""
 
     @property

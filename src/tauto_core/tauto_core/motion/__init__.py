@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Protocol, cast
 
-from tauto_core.machines import AnyMachine, InPlaceOfWheel, LeverMachine, Machine, SlackThreadError
+from tauto_core.machines import AnyMachine, LeverMachine, Machine, OtherRegulator, SlackThreadError
 from tauto_core.motion.forcing import Forcing, Motion
 from tauto_core.samples import State
 from tauto_core.scene.errors import CamRangeError
@@ -51,9 +51,9 @@ class Propagator(Protocol):
         ...
 
 
-def propagator_name(machine: AnyMachine | InPlaceOfWheel, *, still: bool) -> str:
+def propagator_name(machine: AnyMachine | OtherRegulator, *, still: bool) -> str:
     """Return the name of the cheapest propagator that is exact for the machine."""
-    if isinstance(machine, InPlaceOfWheel):
+    if isinstance(machine, OtherRegulator):
         return machine.propagator
     undriven = machine.drag is None and machine.escapement is None
     if not isinstance(machine, Machine):
@@ -109,13 +109,13 @@ SMOOTH_SHARE, LEAST_SMOOTH, LARGEST_ASKED = 1e-3, 2e-12, 1e-3
 
 
 def asked_tolerance(
-    machine: AnyMachine | InPlaceOfWheel, *, accuracy: float | None, tolerance: float | None
+    machine: AnyMachine | OtherRegulator, *, accuracy: float | None, tolerance: float | None
 ) -> float | None:
     """Return the tolerance for an accuracy [s/day], or `tolerance` without an accuracy."""
     if accuracy is None:
         return tolerance
     smooth = isinstance(machine, Machine) and not (machine.cam.joints.size or machine.cam.kinked)
-    if smooth or isinstance(machine, InPlaceOfWheel):
+    if smooth or isinstance(machine, OtherRegulator):
         return smooth_tolerance(accuracy)
     free = isinstance(machine, Machine) and machine.escapement is None
     share = FREE_SHARE if free else ROUGH_SHARE
@@ -128,7 +128,7 @@ def smooth_tolerance(accuracy: float) -> float:
 
 
 def make_propagator(
-    machine: AnyMachine | InPlaceOfWheel,
+    machine: AnyMachine | OtherRegulator,
     *,
     still: bool,
     tolerance: float | None = None,
@@ -143,7 +143,7 @@ def make_propagator(
         sweeps: sweeps over the stages of an event-to-event step (`free_end`): 0 for no such
             steps, `None` for the number that the tolerance needs (`sweeps_for`).
     """
-    if isinstance(machine, InPlaceOfWheel):
+    if isinstance(machine, OtherRegulator):
         return _in_place_of_wheel(machine)
     match propagator_name(machine, still=still), machine:
         case 'harmonic', Machine():
@@ -166,7 +166,7 @@ def make_propagator(
             return make_collocation(machine, tolerance, sweeps)
 
 
-def _in_place_of_wheel(machine: InPlaceOfWheel) -> Propagator:
+def _in_place_of_wheel(machine: OtherRegulator) -> Propagator:
     """Return the propagator for a regulator without a wheel."""
     from tauto_core.machines import AxleClock, FluidPendulum
 

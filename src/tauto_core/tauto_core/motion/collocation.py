@@ -48,7 +48,7 @@ from tauto_core.motion.gauss_step import (
 )
 from tauto_core.motion.lanes import SIZE, larger, largest, row_of, store, width
 from tauto_core.motion.slack import ROUNDING, LooseSystem, Retension, SlackThread, rounding_of
-from tauto_core.motion.stepping import Model, hot_pieces, tolerance_of
+from tauto_core.motion.stepping import Model, thermal_pieces, tolerance_of
 from tauto_core.motion.system import (
     NOWHERE,
     Exits,
@@ -79,7 +79,7 @@ from tauto_core.motion.wells import (
     unbalanced,
 )
 from tauto_core.motion.wheel import (
-    HOT_NODES,
+    THERMAL_NODES,
     WHEEL_NODES,
     InputChannels,
     Wheel,
@@ -382,7 +382,7 @@ class Collocation(SlackThread):
         # has joints; a factor of two is a reserve
         coarsen = 2.0 ** -((2 * stages if factor else 8) + 1)
         allowed = tolerance_of(tolerance, factor, coarsen)
-        rows, columns = (HOT_NODES, 2 * SIZE) if hot else (WHEEL_NODES, SIZE)
+        rows, columns = (THERMAL_NODES, 2 * SIZE) if hot else (WHEEL_NODES, SIZE)
         super().__init__(machine, 1, rows, stages, allowed, columns)
         self.longest_step_s = longest_step(
             machine, self._shape, self._omega, factor=factor, tolerance=allowed.step
@@ -475,7 +475,7 @@ class Collocation(SlackThread):
                 growth,
             )
 
-        return pieces._replace(hot=hot_pieces(forcing, machine.heat, numbers))
+        return pieces._replace(hot=thermal_pieces(forcing, machine.heat, numbers))
 
     def release(self, forcing: Forcing) -> Motion:
         """Release the wheel at rest in the case at the beginning of the first span.

@@ -92,7 +92,7 @@ from tauto_core.motion.system import (
 )
 from tauto_core.motion.wells import ArcShape, arc_of
 from tauto_core.motion.wheel import (
-    HOT_NODES,
+    THERMAL_NODES,
     WHEEL_NODES,
     Wheel,
     disturbance_on_land,
@@ -580,7 +580,7 @@ class FreeEndCollocation(FreeEnds, Collocation):
         super().__init__(machine, tolerance, WIDE_SIZE)
         self._free_end = free_end_of(machine, sweeps)
         self._free = np.zeros((), FREE)
-        rows, columns = (HOT_NODES, 2 * SIZE) if self._hot else (WHEEL_NODES, SIZE)
+        rows, columns = (THERMAL_NODES, 2 * SIZE) if self._hot else (WHEEL_NODES, SIZE)
         self._work = make_work(1, (*rows, *CONSTANTS, *TO_END), WIDE_SIZE, columns)
         constants, nodes = gauss_constants(WIDE_SIZE), self._work['nodes']
         nodes['half_cosine'] = np.cos(math.pi * constants.nodes)

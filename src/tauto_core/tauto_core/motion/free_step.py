@@ -49,12 +49,12 @@ from tauto_core.motion.system import (
     Plane,
     RunningState,
     SteppedRun,
-    hot_of,
     keep,
     outside_of,
     planes_of,
     powers_at,
     set_channels,
+    thermal_terms_of,
 )
 from tauto_core.motion.wells import (
     given_energy,
@@ -221,7 +221,7 @@ def ship_at(swing: FreeHalfSwing, k: int, x: float) -> Inputs:
         u = pieces.hot.begin[k] + pieces.hot.size[k] * x
         numbers = fma(row_of(terms, row + 3), u, row_of(terms, row + 2))
         numbers = fma(fma(numbers, u, row_of(terms, row + 1)), u, row_of(terms, row))
-        hot = hot_of(numbers, 0)
+        hot = thermal_terms_of(numbers, 0)
     return outside_of(values, hot)
 
 

@@ -53,7 +53,7 @@ from tauto_core.motion.threads import (
     case_bounds,
     drag_on_wheel,
     exits_by,
-    hot_on_wheel,
+    thermal_on_wheel,
     thread_at_nodes,
     thread_now,
     transverse,
@@ -341,7 +341,7 @@ class SullyLever(_LeverNumbers, ThreadSystem):
     @inlined
     def heated(self, hot: HeatTerms) -> SullyLever:
         """Return the lever with parameters as heat changes them."""
-        on_wheel = hot_on_wheel(self.on_wheel, hot)
+        on_wheel = thermal_on_wheel(self.on_wheel, hot)
         return SullyLever(self.shape, self.root_j, hot.weight, on_wheel, self.mirrored)
 
     def at_nodes(self, place: StepPlace, work: Work) -> None:

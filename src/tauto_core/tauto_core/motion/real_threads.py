@@ -50,7 +50,7 @@ from tauto_core.motion.stepping import (
     MIN_ANGLE,
     TOLERANCE_SHARE,
     Model,
-    hot_pieces,
+    thermal_pieces,
     tolerance_of,
 )
 from tauto_core.motion.system import (
@@ -251,7 +251,7 @@ class RealThreads(SlackThread):
                 growth=growth,
             )
 
-        return pieces._replace(hot=hot_pieces(forcing, heat, numbers))
+        return pieces._replace(hot=thermal_pieces(forcing, heat, numbers))
 
     def _place(self, vertical: float, vertical_rate: float, tilt: float, tilt_rate: float) -> None:
         """Put the wheel at rest in the case at the release angle, given β, β̇, τ and τ̇.

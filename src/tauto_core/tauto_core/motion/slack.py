@@ -34,7 +34,7 @@ from tauto_core.motion.stepping import (
     TOLERANCE,
     LoggedRow,
     Model,
-    Stepped,
+    SteppingPropagator,
     ahead,
     restore_record,
     state_of,
@@ -236,7 +236,7 @@ def rest_of(forcing: Forcing, k: int, x: float) -> Forcing:
     return replace(forcing, **{**parts, 'begin': begin, 'temperatures': climate})
 
 
-class SlackThread(Stepped):
+class SlackThread(SteppingPropagator):
     """Propagator of a machine with a thread that cannot push.
 
     Unless the machine stops with a slack thread, `advance` alternates between slack and taut
@@ -291,7 +291,7 @@ class SlackThread(Stepped):
                 # it tautens with the code SLACK
                 free, work = self._records(len(loose.omega))
                 longest_s = min(_LONGEST_PHASE_RAD / loose.omega[0], self.longest_step_s)
-                rows, code, k, x = Stepped._run(
+                rows, code, k, x = SteppingPropagator._run(
                     self, tail, loose, self._slack_tolerance, longest_s, free, work
                 )
             else:

@@ -692,7 +692,7 @@ HEAT_TO_POWERS = (
 """Matrix from values at `HEAT_AT` to the cubic's coefficients."""
 
 
-def hot_pieces(
+def thermal_pieces(
     forcing: Forcing, heat: Heat, numbers: Callable[[HeatFactors, FloatArray], HeatTerms]
 ) -> HeatPieces:
     """Return the machine's thermal parameters over the log intervals of the forcing.
@@ -745,7 +745,7 @@ def restore_record(record: NDArray[np.void], state: dict[str, Any]) -> None:
         record[name] = state[name]
 
 
-class Stepped(ABC):
+class SteppingPropagator(ABC):
     """A propagator that takes steps. A derived class turns a machine into a system.
 
     Args:

@@ -240,7 +240,7 @@ def powers_at(rows: FloatArray, first_row: int, count: int, x: float) -> Lanes:
 
 
 @inlined
-def hot_of(values: Lanes, first_lane: int) -> HeatTerms:
+def thermal_terms_of(values: Lanes, first_lane: int) -> HeatTerms:
     """Return the thermal parameters from consecutive lanes."""
     return HeatTerms(
         lane(values, first_lane),
@@ -269,7 +269,7 @@ def outside_of(values: Lanes, hot: HeatTerms | None) -> Inputs:
 def outside_at(terms: int, x: float, work: Work) -> Inputs:
     """Return the forcing at x of the current piece."""
     values = powers_at(work.piece, 0, terms, x)
-    return outside_of(values, hot_of(values, HOT) if width(work.piece) > SIZE else None)
+    return outside_of(values, thermal_terms_of(values, HOT) if width(work.piece) > SIZE else None)
 
 
 @inlined
@@ -329,7 +329,7 @@ def keep(row: FloatArray, times: Lanes, initial: bool, value: Lanes) -> None:
 
 
 @inlined
-def hot_at_nodes(work: Work) -> HeatTerms:
+def thermal_at_nodes(work: Work) -> HeatTerms:
     """Return the thermal parameters at the nodes of a step, after `fill_hot`."""
     rows = work.nodes
     return HeatTerms(

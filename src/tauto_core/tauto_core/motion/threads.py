@@ -44,13 +44,13 @@ from tauto_core.motion.system import (
     difference,
     fill_hot,
     first_below,
-    hot_at_nodes,
     keep,
     mode_of,
     near_zero,
     nodes_of,
     outside_at,
     planes_of,
+    thermal_at_nodes,
 )
 from tauto_core.motion.wells import law_torque, term
 from tauto_core.samples import FloatArray
@@ -170,7 +170,7 @@ def drag_on_wheel(on_wheel: OnWheel, mode: Mode, rate: Numeric) -> Numeric:
 
 
 @inlined
-def hot_on_wheel(cold: OnWheel, hot: HeatTerms) -> OnWheel:
+def thermal_on_wheel(cold: OnWheel, hot: HeatTerms) -> OnWheel:
     """Return the terms on the wheel as heat changes them, at an instant or at the nodes."""
     share = hot.share
     return OnWheel(
@@ -316,7 +316,7 @@ class Hanging(_ThreadNumbers, ThreadSystem):
             self.thread,
             self.to_first,
             self.to_second,
-            hot_on_wheel(self.on_wheel, hot),
+            thermal_on_wheel(self.on_wheel, hot),
             self.damping,
             hot.force,
             self.spring,
@@ -491,7 +491,7 @@ def thread_now(system: Any, at: Inputs) -> Any:
 @inlined
 def thread_at_nodes(system: Any, work: Work) -> Any:
     """Return a thread with its parameters at the nodes, unchanged if heat does not act."""
-    return system if system.on_wheel.heat is None else system.heated(hot_at_nodes(work))
+    return system if system.on_wheel.heat is None else system.heated(thermal_at_nodes(work))
 
 
 @inlined

@@ -486,7 +486,7 @@ class PerInertia(NamedTuple):
 
 
 @inlined
-def hot_numbers(cold: PerInertia, hot: HeatTerms) -> PerInertia:
+def thermal_numbers(cold: PerInertia, hot: HeatTerms) -> PerInertia:
     """Return the terms on the wheel as heat changes them, at an instant or at the nodes."""
     share = hot.share
     impulse = cold.impulse

@@ -54,11 +54,11 @@ from tauto_core.motion.system import (
     columns,
     fill_hot,
     first_below,
-    hot_at_nodes,
     mode_of,
     near_zero,
     nodes_of,
     outside_at,
+    thermal_at_nodes,
 )
 from tauto_core.motion.wells import (
     ArcShape,
@@ -70,7 +70,6 @@ from tauto_core.motion.wells import (
     arc_shape,
     excess,
     given_energy,
-    hot_numbers,
     kick,
     lever_arm,
     mass_of,
@@ -81,6 +80,7 @@ from tauto_core.motion.wells import (
     shortening_and_angle,
     speed_of,
     term,
+    thermal_numbers,
     unbalanced,
 )
 from tauto_core.samples import FloatArray
@@ -92,7 +92,7 @@ from tauto_core.scene.errors import CamRangeError
 WHEEL_NODES = 'line_rate', 'line_bend', 'tilt_rate', 'gravity', 'lean'
 """Rows of the nodes: γ̇, γ̈, τ̇, g_eff and β − γ."""
 
-HOT_NODES = *WHEEL_NODES, *HeatTerms._fields
+THERMAL_NODES = *WHEEL_NODES, *HeatTerms._fields
 """Rows of the nodes if temperature changes the wheel."""
 
 
@@ -114,7 +114,7 @@ def wheel_at_nodes(wheel: Wheel, work: Work) -> Wheel:
     """Return the wheel with its parameters at the nodes, unchanged if heat does not act."""
     if wheel.channels.heat is None:
         return wheel
-    return _with_numbers(wheel, hot_at_nodes(work))
+    return _with_numbers(wheel, thermal_at_nodes(work))
 
 
 @inlined
@@ -129,7 +129,7 @@ def wheel_now(wheel: Wheel, at: Inputs) -> Wheel:
 def _with_numbers(wheel: Wheel, hot: HeatTerms) -> Wheel:
     channels = wheel.channels
     return Wheel(
-        hot_numbers(wheel.per_inertia, hot),
+        thermal_numbers(wheel.per_inertia, hot),
         wheel.lever,
         wheel.shape,
         InputChannels(channels.line, channels.tilt, channels.gravity, channels.lean),

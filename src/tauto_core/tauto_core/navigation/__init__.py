@@ -16,7 +16,7 @@ from tauto_core.navigation.longitude import (
     LEAST_UNCHECKED_DAYS,
     LongitudeStage,
     Route,
-    how_good,
+    grade,
     prize_pounds,
     required_rate_s_per_day,
 )
@@ -25,7 +25,7 @@ from tauto_core.navigation.verdict import (
     RatedTime,
     RateError,
     RateScatter,
-    forgets_its_start,
+    has_settled,
     projection,
 )
 
@@ -48,8 +48,8 @@ __all__ = [
     'drift_warnings',
     'estimate_names',
     'filter_phases',
-    'forgets_its_start',
-    'how_good',
+    'grade',
+    'has_settled',
     'predict',
     'prior',
     'prize_pounds',

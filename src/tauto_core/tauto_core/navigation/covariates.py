@@ -20,10 +20,10 @@ from tauto_core.clockwork.trochlea import nominal_period_s
 from tauto_core.curves.numerics import integrate
 from tauto_core.machines import (
     AnyMachine,
-    InPlaceOfWheel,
     LeverMachine,
     Machine,
     NoSteadySwing,
+    OtherRegulator,
     compile_machine,
     steady_swing,
 )
@@ -144,7 +144,7 @@ def climate_walk(scene: Scene) -> ClimateWalk:
         return ClimateWalk()
     machine = compile_machine(scene)
     colder = warmer = 0.0
-    if meets['air'] and not isinstance(machine, InPlaceOfWheel) and machine.heat.feels_temperature:
+    if meets['air'] and not isinstance(machine, OtherRegulator) and machine.heat.feels_temperature:
         begins = float(BoxTemperature(scene).at(np.zeros(1, np.int64))[0])
         colder, warmer = _per_kelvin(_Tried(_alone(scene)), begins)
     weighs = float(machine.feels_gravity)
@@ -565,7 +565,7 @@ def _by_heat(
     ends = np.array([min(lowest - begins, -HEAT_STEP), max(highest - begins, HEAT_STEP)])
     groups = list(ends[:, None]) if len(powers) == 1 else [0.5 * ends, ends]
     solutions = np.zeros((len(groups), len(powers)))
-    if not isinstance(machine, InPlaceOfWheel) and machine.heat.feels_temperature:
+    if not isinstance(machine, OtherRegulator) and machine.heat.feels_temperature:
         base = machine.at_celsius(begins)
         nominal_s = nominal_period_s(tried.scene, base)
         calm = _warm_rate(tried.scene, base, base, nominal_s)

@@ -95,7 +95,7 @@ MOST_NS = 4e18
 """More than the times of ROS, and within int64 [ns]."""
 
 
-class Passed(NamedTuple):
+class Elapsed(NamedTuple):
     """Time and integrals since the first reading.
 
     Attributes:
@@ -123,7 +123,7 @@ def _sigma(variance: FloatArray) -> FloatArray:
 
 
 def estimate_values(
-    now: Estimate[FloatArray], covariates: tuple[str, ...], passed: Passed | None = None
+    now: Estimate[FloatArray], covariates: tuple[str, ...], passed: Elapsed | None = None
 ) -> FloatArray:
     """Return the values of `estimate_names`, (n, names). Covariates need `passed`."""
     clock = [now.x, _sigma(now.xx), now.y * DAY_S, _sigma(now.yy) * DAY_S]
@@ -157,7 +157,11 @@ def mean_rate(found: Mapping[str, float]) -> tuple[float, float]:
 
 
 def estimates(
-    stamps: IntArray, references: IntArray, way: Filtered, model: ClockModel, passed: Passed | None
+    stamps: IntArray,
+    references: IntArray,
+    way: Filtered,
+    model: ClockModel,
+    passed: Elapsed | None,
 ) -> Batches:
     """Return estimate and corrected time for readings, each from the last state at its stamp.
 
@@ -191,7 +195,7 @@ Observed: TypeAlias = tuple[int, float, float, tuple[float, ...]]
 """Stamp [ns], phase and its sigma [s], and integrals of the covariates [s]."""
 
 
-class Seen(NamedTuple):
+class UsedObservation(NamedTuple):
     """An observation that the filter has used, and its fate (`filter_phases`)."""
 
     stamp_ns: int
@@ -218,7 +222,7 @@ class Track(Stateful):
         self._model = model
         self._base = self._last = start
         self._oldest_ns = start.stamp_ns
-        self._seen: list[Seen] = []
+        self._seen: list[UsedObservation] = []
         fates = (REFUSED, REOPENED)
         self._counts = {fate: before.count(fate) if before else 0 for fate in fates}
 
@@ -269,13 +273,15 @@ class Track(Stateful):
         stamps, phases, sigmas, integrals = zip(*new, strict=True) if new else ((), (), (), ())
         return filter_phases(start, stamps, phases, self._model, sigmas, integrals)
 
-    def _remember(self, history: list[Seen], new: list[Observed], way: Filtered) -> None:
+    def _remember(
+        self, history: list[UsedObservation], new: list[Observed], way: Filtered
+    ) -> None:
         """Move the base forward once there are 2 `REMEMBERED`: `history`, then the run's `new`."""
         total = len(history) + len(new)
         begin = max(total - REMEMBERED - len(history), 0) if total >= 2 * REMEMBERED else 0
         fates = way.fate[begin:].tolist()
         tail = [
-            Seen(stamp, phase, sigma, fate, integrals)
+            UsedObservation(stamp, phase, sigma, fate, integrals)
             for (stamp, phase, sigma, integrals), fate in zip(new[begin:], fates, strict=True)
         ]
         self._seen = history + tail
@@ -308,7 +314,7 @@ class Track(Stateful):
         """Continue from a saved state."""
         super().restore(state)
         self._base, self._last = self._known(state['base']), self._known(state['last'])
-        self._seen = [Seen(*record) for record in state['seen']]
+        self._seen = [UsedObservation(*record) for record in state['seen']]
 
     def _known(self, plain: tuple[Any, ...]) -> Known:
         stamp_ns, estimate, *fields = plain
@@ -715,7 +721,9 @@ class DriftStage(Stateful):
         if self._motion is not None and self._begun is not None:
             first_ns, begun = self._begun
             integrals = self._integral[self._released : ready]
-            passed = Passed((stamps - first_ns) / NS_PER_S, integrals, integrals - np.array(begun))
+            passed = Elapsed(
+                (stamps - first_ns) / NS_PER_S, integrals, integrals - np.array(begun)
+            )
         remembered = 1 if self._schedule is not None else HISTORY
         forgotten = max(ready - remembered, 0)
         self._stamp, self._reference = self._stamp[forgotten:], self._reference[forgotten:]

@@ -493,7 +493,7 @@ def prize_pounds(distance_nmi: float) -> int:
     return next((pounds for limit, pounds in AWARDS if distance_nmi <= limit), 0)
 
 
-def how_good(distance_nmi: float) -> str:
+def grade(distance_nmi: float) -> str:
     """Return how good a longitude is by the limits of the Act, in words."""
     for limit_nmi, pounds in AWARDS:
         if distance_nmi <= limit_nmi:

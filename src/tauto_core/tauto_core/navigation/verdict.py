@@ -8,7 +8,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from tauto_core.machines import AnyMachine, HangingMachine, InPlaceOfWheel
+from tauto_core.machines import AnyMachine, HangingMachine, OtherRegulator
 from tauto_core.navigation.drift import mean_rate
 from tauto_core.navigation.kalman import ClockModel, Estimate, predict
 from tauto_core.navigation.longitude import (
@@ -262,16 +262,14 @@ _CANNOT = 'cannot be projected: '
 _WANDERS = 'so each wave changes it for good'
 
 
-def forgets_its_start(
-    scene: Scene, machine: AnyMachine | InPlaceOfWheel, found: RateError
-) -> RateError:
+def has_settled(scene: Scene, machine: AnyMachine | OtherRegulator, found: RateError) -> RateError:
     """Return the uncertainty of the mean rate, if the swing no longer depends on its start.
 
     The effect of release and first waves on an undamped swing lasts for the whole run, and the
     next: the rate scatters about its own mean, which the run alone does not show. That matters if
     the rate depends on the amplitude by more than its standard error, `found` from the run.
     """
-    if isinstance(machine, InPlaceOfWheel):
+    if isinstance(machine, OtherRegulator):
         return found
 
     why, still = '', scene.lies_still

@@ -18,11 +18,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tauto_core.files import check_plot, write_figure
-from tauto_core.machines import FluidPendulum, HangingMachine, InPlaceOfWheel, compile_machine
+from tauto_core.machines import FluidPendulum, HangingMachine, OtherRegulator, compile_machine
 from tauto_core.machines.compiling import amplitude_of, recoil_energy, swing_energy
 from tauto_core.plots.chart import Chart, Colour, Line, Mark, draw
 from tauto_core.plots.machine import cam_lines, draw_machine
-from tauto_core.results import not_whole
+from tauto_core.results import damage_sentence
 from tauto_core.samples import READING, SHIP_IMU, FloatArray, ImuSamples, TimeSamples, take
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import Argument, EstimationError, UsageError
@@ -235,7 +235,7 @@ def picture(
         OutputError: the file cannot be written.
     """
     check_picture(what, file, part=from_s is not None or to_s is not None)
-    name = '\n'.join([*wrap(not_whole(voyage.result), TITLE_LENGTH), voyage.scene.name])
+    name = '\n'.join([*wrap(damage_sentence(voyage.result), TITLE_LENGTH), voyage.scene.name])
     begin, end = (
         None if at is None else quantity(at, 's', Argument(argument, repr(at), spaced=True))
         for argument, at in (('from_s', from_s), ('to_s', to_s))
@@ -455,7 +455,7 @@ def _amplitude(voyage: Voyage) -> Chart:
         data[::every] for data in (voyage.time_s, voyage.angle_rad, voyage.angular_velocity_rad_s)
     )
     machine = compile_machine(voyage.scene)
-    if isinstance(machine, InPlaceOfWheel | HangingMachine):
+    if isinstance(machine, OtherRegulator | HangingMachine):
         size, name = np.hypot(angle, rate / machine.frequency), 'amplitude of a small swing'
     else:
         energy = swing_energy(machine, angle, rate) + recoil_energy(machine, angle, rate)

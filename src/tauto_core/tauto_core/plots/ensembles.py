@@ -12,7 +12,7 @@ import numpy as np
 from tauto_core.ensembles.answers import ERRORS, WAYS, TrialAnswers, sizes_nmi
 from tauto_core.ensembles.comparison import Comparison, Row
 from tauto_core.ensembles.fleets import Fleet
-from tauto_core.ensembles.trials import Sailed
+from tauto_core.ensembles.trials import SailedTrial
 from tauto_core.files import write_figure
 from tauto_core.navigation.longitude import ARCMIN_PER_S, AWARDS
 from tauto_core.plots.chart import draw_land
@@ -55,12 +55,12 @@ def draw_passages(passages: Sequence[LoggedPassage], path: Path) -> None:
     write_figure(made, path)
 
 
-def draw_trial(sailed: Sailed, answers: TrialAnswers, path: Path) -> None:
+def draw_trial(sailed: SailedTrial, answers: TrialAnswers, path: Path) -> None:
     """Draw a trial that has been sailed. Replace the file, .svg, .png or .pdf."""
     write_figure(lambda: trial_figure(sailed, answers), path)
 
 
-def trial_figure(sailed: Sailed, answers: TrialAnswers) -> Figure:
+def trial_figure(sailed: SailedTrial, answers: TrialAnswers) -> Figure:
     """Return the figure: the tracks of the first clock, and the distribution of the errors."""
     from matplotlib.figure import Figure
 

@@ -26,7 +26,7 @@ from tauto_core.machines.threads.lever import LeverThread
 from tauto_core.plots.chart import COLOURS, Chart, Line
 from tauto_core.plots.contents import PART_S, PICTURES, chart, map_samples, seaway, window
 from tauto_core.plots.machine import MM, draw_machine, fulcrum_mm
-from tauto_core.results import SIGNS, budget_rows, groups, not_whole
+from tauto_core.results import SIGNS, budget_rows, damage_sentence, groups
 from tauto_core.samples import FloatArray
 from tauto_core.scene import Scene, scene_yaml
 from tauto_core.scene.errors import Argument, TautoError, UsageError, install
@@ -533,7 +533,7 @@ def report_html(voyage: Voyage, command: str) -> str:
         f'Python {platform.python_version()}',
         *(f'{name} {version(name)}' for name in programs),
     ]
-    damage = escape(not_whole(voyage.result))
+    damage = escape(damage_sentence(voyage.result))
     seconds = voyage.result.get('duration_s')
     sentence, dot, remainder = voyage.answer.partition('. ')
     motion = animation(voyage)

@@ -441,7 +441,7 @@ def fitting(wanted: Mapping[str, str]) -> dict[str, str]:
     advice: list[str | Argument] = []
     for key in wanted:
         remainder = {name: kind for name, kind in wanted.items() if name != key}
-        fits = {row[key] for row in all_that_go() if remainder.items() <= row.items()}
+        fits = {row[key] for row in compatible_kinds() if remainder.items() <= row.items()}
         kinds = [kind for kind in map(kind_of, kinds_in(FOLDERS[key])) if kind in fits]
         if kinds:
             advice += ['; or ', Argument(key, ' or '.join(kinds))]
@@ -471,7 +471,7 @@ def goes_together(cam: str, thread: str, power: str, escapement: str) -> bool:
 
 
 @cache
-def all_that_go() -> tuple[dict[str, str], ...]:
+def compatible_kinds() -> tuple[dict[str, str], ...]:
     """Return all compatible combinations of kinds, the usual ones first."""
     every = [[kind_of(model) for model in kinds_in(folder)] for folder in FOLDERS.values()]
     every[-1].insert(0, '')
@@ -486,7 +486,7 @@ def all_that_go() -> tuple[dict[str, str], ...]:
 
 
 def _completed(wanted: Mapping[str, str]) -> dict[str, str] | None:
-    fits = (row for row in all_that_go() if wanted.items() <= row.items())
+    fits = (row for row in compatible_kinds() if wanted.items() <= row.items())
     return next(fits, None)
 
 

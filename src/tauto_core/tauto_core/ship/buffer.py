@@ -173,7 +173,7 @@ def window_nodes(stride: int, margin: int) -> tuple[float, ...]:
 # The time step of the motion at the clock, which a suspension makes finer.
 
 
-def felt_parts(scene: Scene) -> int:
+def sensed_parts(scene: Scene) -> int:
     """Return the number of equal parts of a step of ship/imu for the clock, 1 if not suspended.
 
     It is the least number that divides the step into whole nanoseconds and limits the turn of the
@@ -227,9 +227,9 @@ def felt_parts(scene: Scene) -> int:
     )
 
 
-def felt_step_ns(scene: Scene) -> int:
+def sensed_step_ns(scene: Scene) -> int:
     """Return the step of the motion at the clock [ns]."""
-    return scene.step_ns // felt_parts(scene)
+    return scene.step_ns // sensed_parts(scene)
 
 
 BRIDGED_STEPS = 1.5
@@ -259,7 +259,7 @@ def samples_a_piece(scene: Scene, steps_in: Callable[[float], int] = lambda _: 1
     """
     if scene.lies_still:
         return 1
-    step_ns = felt_step_ns(scene)
+    step_ns = sensed_step_ns(scene)
     logs = scene.log_interval_ns // step_ns
     largest, *fewer = (n for n in range(MAX_STRIDE, 0, -1) if logs % n == 0)
 

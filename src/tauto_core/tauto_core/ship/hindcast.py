@@ -135,7 +135,7 @@ class AirHindcastFile(AirKind):
     begins: OneLine | None = Field(default=None, description=_BEGINS)
 
 
-class Voyaging(Surroundings, Protocol):
+class PlaceSource(Surroundings, Protocol):
     """The source of the ship's places and times."""
 
     @property
@@ -143,7 +143,7 @@ class Voyaging(Surroundings, Protocol):
         """Stamp of the first sample [s]."""
 
 
-def with_hindcast_read(content: dict[str, Any], scene: Voyaging, origin: str) -> dict[str, Any]:
+def with_hindcast_read(content: dict[str, Any], scene: PlaceSource, origin: str) -> dict[str, Any]:
     """Return the unchecked keys of a scene with the values of hindcasts along its voyage.
 
     `scene` is the same voyage, checked, and `origin` its name in errors.
@@ -165,7 +165,7 @@ def with_hindcast_read(content: dict[str, Any], scene: Voyaging, origin: str) ->
     return read
 
 
-def hindcast_weather(file: HindcastFile, scene: Voyaging) -> dict[str, Any]:
+def hindcast_weather(file: HindcastFile, scene: PlaceSource) -> dict[str, Any]:
     """Return the keys of `ship.weather` with the seas along the voyage.
 
     Both harbours are calm. Between them there is a row every `INTERVAL_S` from setting sail, the
@@ -216,7 +216,7 @@ def hindcast_weather(file: HindcastFile, scene: Voyaging) -> dict[str, Any]:
     }
 
 
-def hindcast_air(file: AirHindcastFile, scene: Voyaging) -> dict[str, Any]:
+def hindcast_air(file: AirHindcastFile, scene: PlaceSource) -> dict[str, Any]:
     """Return the keys of `air`, of kind record, with the temperatures along the voyage."""
     voyage, start_s = _voyage_and_start(scene, file.begins, 'air')
     step_ns = nanoseconds(INTERVAL_S)
@@ -233,7 +233,7 @@ def hindcast_air(file: AirHindcastFile, scene: Voyaging) -> dict[str, Any]:
     }
 
 
-def _voyage_and_start(scene: Voyaging, begins: str | None, key: str) -> tuple[Itinerary, float]:
+def _voyage_and_start(scene: PlaceSource, begins: str | None, key: str) -> tuple[Itinerary, float]:
     """Return the voyage, and UTC at the start of the scene, from 1970 [s]."""
     voyage = scene.voyage
     if voyage is None:

@@ -718,7 +718,7 @@ ThreadPlane: TypeAlias = Literal['free', 'vertical', 'ship']
 """
 
 
-class Turned(NamedTuple):
+class ShipAngles(NamedTuple):
     """Angles of the ship [rad], or their rates [rad/s], (n,) each."""
 
     roll: FloatArray
@@ -728,8 +728,8 @@ class Turned(NamedTuple):
 
 def imu_from_motions(
     stamp_ns: IntArray,
-    angle: Turned,
-    rate: Turned | None,
+    angle: ShipAngles,
+    rate: ShipAngles | None,
     acceleration: tuple[FloatArray, FloatArray, FloatArray] | None,
     gravity: FloatArray | float,
 ) -> ImuSamples:

@@ -21,7 +21,7 @@ from tauto_core.scene import Scene
 from tauto_core.scene.times import NS_PER_S, nanoseconds
 from tauto_core.ship.imu import (
     Sensed,
-    Turned,
+    ShipAngles,
     imu_from_motions,
     imu_from_roll,
     imu_samples,
@@ -237,7 +237,7 @@ class ShipMotion(Stateful):
         if self._six is None:
             return self._roll_sensed(stamps, (start, stop), turning, with_force)
         turned = [motion.between(start, stop, *range(1 + turning)) for motion in self._six[3:]]
-        angle, *rate = (Turned(*angles) for angles in zip(*turned, strict=True))
+        angle, *rate = (ShipAngles(*angles) for angles in zip(*turned, strict=True))
         force = None
         if with_force:
             forward, port, up = (motion.between(start, stop, 2)[0] for motion in self._six[:3])

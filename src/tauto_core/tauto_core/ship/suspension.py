@@ -24,7 +24,7 @@ from tauto_core.motion.lanes import SIZE, lane, larger, largest, lowest, splat
 from tauto_core.motion.suspended_case import BearingMotion, CaseMotion, contact_force
 from tauto_core.samples import FloatArray, HungImu, Stateful
 from tauto_core.scene import Scene
-from tauto_core.ship.buffer import InCommon, MotionBuffer, SharedBuffers, felt_step_ns
+from tauto_core.ship.buffer import InCommon, MotionBuffer, SharedBuffers, sensed_step_ns
 from tauto_core.ship.imu import Sensed, contiguous, in_parts
 from tauto_core.ship.kernels import eight, store_forces
 from tauto_core.ship.suspensions import SuspensionKind
@@ -269,7 +269,7 @@ class BearingBuffer(MotionBuffer):
             stride=1,
             smooth=False,
         )
-        self._felt_ns = felt_step_ns(scene)
+        self._felt_ns = sensed_step_ns(scene)
 
     def channel_names(self) -> tuple[str, ...]:
         """Return the names of both components of the specific force, and of the roll."""

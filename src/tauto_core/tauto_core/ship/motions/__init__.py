@@ -154,7 +154,7 @@ class WorstSea(NamedTuple):
     lasts_s: float
 
 
-class RoughlyKnown(NamedTuple):
+class UncertainNumber(NamedTuple):
     """A number of a ship that is known roughly.
 
     Attributes:
@@ -240,7 +240,7 @@ class ShipKind(Kind):
         """Return the ship in each sea that it may meet first, with harmonics as channels."""
         return (self,)
 
-    def known_roughly(self, scene: Surroundings) -> Iterator[RoughlyKnown]:
+    def known_roughly(self, scene: Surroundings) -> Iterator[UncertainNumber]:
         """Yield the ship's roughly known numbers, with their ranges."""
         return iter(())
 

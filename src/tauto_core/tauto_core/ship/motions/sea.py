@@ -20,11 +20,11 @@ from tauto_core.scene.sections import Flag, Itinerary, KindIn, key_of_place
 from tauto_core.scene.times import DAY_S, NS_PER_S
 from tauto_core.ship.motions import (
     Channels,
-    RoughlyKnown,
     ShipKind,
     SixMotions,
     StillShip,
     Surroundings,
+    UncertainNumber,
     WorstSea,
 )
 from tauto_core.ship.sea import (
@@ -328,11 +328,11 @@ class SeaShip(ShipKind):
         met = 2.0 * math.pi / wave.period
         return float(np.linalg.norm(wave.amplitude * met**MET_ORDER))
 
-    def known_roughly(self, scene: Surroundings) -> Iterator[RoughlyKnown]:
+    def known_roughly(self, scene: Surroundings) -> Iterator[UncertainNumber]:
         """Yield the roll damping and, with a hull, two figures of its weights (hull.md)."""
         if self.roll is not None:
             low, high = (part * self.roll.damping_ratio for part in DAMPING_PARTS)
-            yield RoughlyKnown(
+            yield UncertainNumber(
                 'ship.roll.damping_ratio',
                 '',
                 (low, high),
@@ -349,7 +349,7 @@ class SeaShip(ShipKind):
             ('centre_of_gravity', hull.z_g - aside, hull.z_g + aside),
         ):
             ships = self._with('hull', **{key: low}), self._with('hull', **{key: high})
-            yield RoughlyKnown(f'ship.hull.{key}', 'm', (low, high), ships)
+            yield UncertainNumber(f'ship.hull.{key}', 'm', (low, high), ships)
 
     def _with(self, section: str, **values: float) -> Self:
         changed = getattr(self, section).model_copy(update=values)
