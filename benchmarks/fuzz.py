@@ -199,11 +199,11 @@ def read_control(folder: Path, data: bytes) -> None:
     ):
         sealed = data[:8] + text + b' ' + control.mark(KEY, topic, text).hex().encode() + b'\0'
         for octets in (data, sealed):
-            with suppress(control.UnheardError):
+            with suppress(control.ForeignMessageError):
                 read(octets, KEY)
     sealed = data[:16] + control.mark(KEY, SHIP_IMU, packed) + packed
     for octets in (data, sealed):
-        with suppress(control.UnheardError):
+        with suppress(control.ForeignMessageError):
             control.unpack(KEY, SHIP_IMU, octets)
 
 

@@ -18,11 +18,11 @@ WIDTH = 99
 
 LIMITS = {
     # figure: (most today, goal)
-    'statements of src': (37_060, 32_500),
-    'lines of src': (78_250, 69_000),
-    'files of src': (185, 185),
-    'lines of tests': (53_060, 42_000),
-    'lines of benchmarks': (8_590, 7_000),
+    'statements of src': (36_230, 32_500),
+    'lines of src': (76_280, 69_000),
+    'files of src': (183, 185),
+    'lines of tests': (51_670, 42_000),
+    'lines of benchmarks': (7_400, 7_000),
     'circles of imports': (0, 0),
 }
 """A limit is lowered when a figure has fallen. The open issues may add 1,000 statements and 2,000

@@ -108,9 +108,9 @@ def graph(
     for topic, numbers in outcome.counts.items():
         counts.add_row(topic, *(str(numbers[key]) for key in ('received', 'written', 'lost')))
     print_rich(counts, err=True)
-    for line in outcome.complaints[:MOST_COMPLAINTS]:
+    for line in outcome.node_warnings[:MOST_COMPLAINTS]:
         typer.echo(f'tauto: the graph said: {line}', err=True)
-    if (more := len(outcome.complaints) - MOST_COMPLAINTS) > 0:
+    if (more := len(outcome.node_warnings) - MOST_COMPLAINTS) > 0:
         typer.echo(f'tauto: the graph said {more} things more', err=True)
     if outcome.signal:
         sailed = any(numbers['written'] for numbers in outcome.counts.values())

@@ -443,10 +443,10 @@ def test_a_recorder_that_is_told_to_stop_hears_the_last_words(
     for number in range(201):
         publisher.publish(foreign_imu(number))
     bench.until(lambda: trochlea.inputs[SHIP_IMU].taken == 201)
-    assert recorder.lingers()  # both get the signal at once
+    assert recorder.waits_on_shutdown()  # both get the signal at once
     trochlea.close()
     bench.remove(trochlea)
-    bench.until(lambda: not recorder.lingers())
+    bench.until(lambda: not recorder.waits_on_shutdown())
     recorder.close()
     assert read_bag(tmp_path / 'bag').counts['/clock/reading'] == 11  # at 0, 1, …, 10 s
 
@@ -458,10 +458,10 @@ def test_a_recorder_that_is_left_alone_stops_in_the_end(
     trochlea = TrochleaNode(**overrides(**FOREIGN))
     bench.add(recorder, trochlea)
     bench.until(lambda: recorder.inputs[READING].matched)
-    assert recorder.lingers()
+    assert recorder.waits_on_shutdown()
     later_s = time.monotonic() + 5.0
     monkeypatch.setattr('tauto_nodes.live.recorder.time.monotonic', lambda: later_s)
-    assert not recorder.lingers()
+    assert not recorder.waits_on_shutdown()
     monkeypatch.undo()
     recorder.close()
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from rclpy.serialization import deserialize_message
 from std_msgs.msg import UInt8MultiArray
 
-from tauto_nodes.simulation.credits import MOST_BYTES, UnheardError, pack, unpack
+from tauto_nodes.simulation.credits import MOST_BYTES, ForeignMessageError, pack, unpack
 
 KEY = b'known to the nodes of the graph alone'
 
@@ -39,7 +39,7 @@ def test_a_pack_is_a_message_of_its_type_and_padding_does_no_harm() -> None:
 @pytest.mark.parametrize('cut', [0, 4, 15, 19, 27, 35, -1])
 def test_what_is_cut_short_is_refused(cut: int) -> None:
     (octets,) = pack(KEY, 'scene', [b'abc', b'de'])
-    with pytest.raises(UnheardError, match='no pack of this graph'):
+    with pytest.raises(ForeignMessageError, match='no pack of this graph'):
         unpack(KEY, 'scene', octets[:cut])
 
 
@@ -51,5 +51,5 @@ def test_a_pack_of_another_key_or_topic_or_with_a_changed_bit_is_refused() -> No
     for key, topic, each in [(b'', 'scene', octets), (KEY, 'ship/imu', octets)] + [
         (KEY, 'scene', each) for each in changed
     ]:
-        with pytest.raises(UnheardError):
+        with pytest.raises(ForeignMessageError):
             unpack(key, topic, each)

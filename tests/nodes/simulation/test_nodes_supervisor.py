@@ -30,7 +30,7 @@ def test_warnings_and_errors_are_told_once_without_time_and_colour(tmp_path: Pat
         ended.wait()
         children.append(Child(name, ended, log))
     supervisor = Supervisor(tmp_path, {}, children)
-    assert supervisor.complaints() == (
+    assert supervisor.node_warnings() == (
         '[WARN] [trochlea]: the thread is slack',
         '[XMLPARSER Error] no such element',
         '[ERROR] [longitude]: no fix',

@@ -54,8 +54,8 @@ from tauto_nodes.simulation.credits import (
     RUN,
     WINDOW,
     End,
+    ForeignMessageError,
     Report,
-    UnheardError,
     mark,
     pack,
     unpack,
@@ -272,9 +272,11 @@ def test_a_graph_takes_nothing_from_a_stranger_and_names_it(
     bench.until(lambda: sink.inputs[SHIP_IMU].taken)
     stranger = bench.add(Node('compass'))
     publisher = stranger.create_publisher(Imu, SHIP_IMU, 10)
-    bench.until(lambda: 'compass' in ''.join(source.flow.strangers()))
+    bench.until(lambda: 'compass' in ''.join(source.flow.foreign_publishers()))
     publisher.publish(Imu())
-    assert source.flow.strangers() == ['/compass publishes ship/imu, too. The graph ignores it']
+    assert source.flow.foreign_publishers() == [
+        '/compass publishes ship/imu, too. The graph ignores it'
+    ]
     bench.until(lambda: '/compass publishes' in assess(source, time.monotonic())[1])
     source.set_parameters([Parameter('speed', value=0.0)])  # the rest flat out
     bench.until(lambda: sink.over)
@@ -308,19 +310,19 @@ def test_what_is_malformed_or_of_another_graph_is_neither_report_nor_end(
 ) -> None:
     for topic, read in ((CREDIT_TOPIC, Report.from_octets), (END_TOPIC, End.from_octets)):
         for made_with in (key, b'another'):
-            with pytest.raises(UnheardError) as refused:
+            with pytest.raises(ForeignMessageError) as refused:
                 read(closed(made_with, topic, said), key)
             assert len(str(refused.value)) < 400
-    with pytest.raises(UnheardError):
+    with pytest.raises(ForeignMessageError):
         unpack(key, 'scene', said)
 
 
 @given(st.binary(max_size=200), st.sampled_from([b'', KEY]))
 def test_any_octets_are_refused(octets: bytes, key: bytes) -> None:
     for read in (Report.from_octets, End.from_octets):
-        with pytest.raises(UnheardError):
+        with pytest.raises(ForeignMessageError):
             read(octets, key)
-    with pytest.raises(UnheardError):
+    with pytest.raises(ForeignMessageError):
         unpack(key, 'scene', octets)
 
 

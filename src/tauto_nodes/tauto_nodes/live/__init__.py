@@ -145,7 +145,7 @@ def _spin(nodes: Sequence[GraphNode], signals: Signals) -> None:
 
     def check() -> None:
         over = any(node.failure or node.over for node in nodes)
-        done = over or (signals.came and not any(node.lingers() for node in nodes))
+        done = over or (signals.came and not any(node.waits_on_shutdown() for node in nodes))
         if done and not stop.done():
             stop.set_result(None)
 

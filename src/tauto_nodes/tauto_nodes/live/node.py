@@ -411,7 +411,7 @@ class GraphNode(Node):
         clashes = {f'{topic} incompatible_qos': p.incompatible for topic, p in ports}
         return {**self._left_aside, **{name: n for name, n in clashes.items() if n}}
 
-    def lingers(self) -> bool:
+    def waits_on_shutdown(self) -> bool:
         """Whether the node, after a request to stop, waits for messages of others."""
         return False
 
@@ -747,7 +747,7 @@ def _findings(node: GraphNode, now_s: float, risen: dict[str, int]) -> Iterator[
     if words and now_s - alarmed_s <= RECENT_S:
         yield error, words
     yield from _missing(node, now_s)
-    for stranger in node.flow.strangers() if node.flow is not None else ():
+    for stranger in node.flow.foreign_publishers() if node.flow is not None else ():
         yield warn, stranger
     for topic, source in node.inputs.items():
         if source.matched > 1 and not source.is_shared:

@@ -292,7 +292,7 @@ class RecorderNode(GraphNode):
             self._bag.flush()
             self._flushed_s, self._unflushed = now_s, False
 
-    def lingers(self) -> bool:
+    def waits_on_shutdown(self) -> bool:
         """Whether the nodes of a live clock, after a request to stop, may send more."""
         if self.flow is not None or self._closed or self.failure is not None:
             return False

@@ -63,7 +63,7 @@ PACK_QOS = QoSProfile(depth=MIN_DEPTH * PACKED_TIMES)
 # ----------------------------------------------------------------------------- The messages of the
 # nodes of one graph to each other. Foreign nodes may publish on their topics, so each message has
 # a mark that needs the graph's key (RUN). A message with another mark or form, or a repeated one,
-# is an UnheardError: it is counted and ignored.
+# is a ForeignMessageError: it is counted and ignored.
 
 MARK = 16
 """Bytes of a mark: the first ones of HMAC-SHA-256 (RFC 2104) over topic and content."""
@@ -76,7 +76,7 @@ _LITTLE_ENDIAN = b'\x00\x01\x00\x00'
 _NO_MESSAGE = ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError
 
 
-class UnheardError(NodesError):
+class ForeignMessageError(NodesError):
     """A message that is not of this graph."""
 
 
@@ -93,13 +93,13 @@ def text_of(key: bytes, topic: str, content: Mapping[str, Any]) -> bytes:
 
 
 def content_of(key: bytes, topic: str, octets: bytes) -> Any:
-    """Return the JSON of a message of `text_of` with the same key, or raise UnheardError.
+    """Return the JSON of a message of `text_of` with the same key, or raise ForeignMessageError.
 
     Invalid or too deep JSON raises one of `_NO_MESSAGE`.
     """
     text, _, end = octets[_TEXT.size : MOST_TEXT].partition(b'\x00')[0].rpartition(b' ')
     if not hmac.compare_digest(end, mark(key, topic, text).hex().encode()):
-        raise UnheardError(f'{text[:80]!r} is not of this graph')
+        raise ForeignMessageError(f'{text[:80]!r} is not of this graph')
     return json.loads(text)
 
 
@@ -132,7 +132,10 @@ class Report:
 
     @staticmethod
     def from_octets(octets: bytes, key: bytes) -> Report:
-        """Return the report in a serialised message. UnheardError: it is not of this graph."""
+        """Return the report in a serialised message.
+
+        ForeignMessageError: it is not of this graph.
+        """
         try:
             content = content_of(key, CREDIT_TOPIC, octets)
             return Report(
@@ -143,7 +146,7 @@ class Report:
                 int(content['number']),
             )
         except _NO_MESSAGE:
-            raise UnheardError(f'{octets[8:88]!r} is no credit report') from None
+            raise ForeignMessageError(f'{octets[8:88]!r} is no credit report') from None
 
 
 @dataclass(frozen=True)
@@ -159,7 +162,7 @@ class End:
 
     @staticmethod
     def from_octets(octets: bytes, key: bytes) -> End:
-        """Return the end marker in a message. UnheardError: it is not of this graph.
+        """Return the end marker in a message. ForeignMessageError: it is not of this graph.
 
         The end of a topic counts only from the node that publishes it.
         """
@@ -170,7 +173,7 @@ class End:
                 raise ValueError
             return End(node, sent)
         except _NO_MESSAGE:
-            raise UnheardError(f'{octets[8:88]!r} is no end marker') from None
+            raise ForeignMessageError(f'{octets[8:88]!r} is no end marker') from None
 
 
 # -----------------------------------------------------------------------------
@@ -213,7 +216,7 @@ def _packed(key: bytes, topic: str, payloads: Sequence[bytes], sent: int) -> byt
 def unpack(key: bytes, topic: str, octets: bytes) -> tuple[int, list[bytes]]:
     """Return the number of messages before a serialised pack, and its messages.
 
-    UnheardError: the pack is not of this graph.
+    ForeignMessageError: the pack is not of this graph.
     """
     try:
         size = _HEAD.unpack_from(octets)[3]
@@ -226,7 +229,7 @@ def unpack(key: bytes, topic: str, octets: bytes) -> tuple[int, list[bytes]]:
         if places[-1] != len(data):
             raise ValueError
     except (struct.error, ValueError):
-        raise UnheardError(f'{octets[:40]!r} is no pack of this graph') from None
+        raise ForeignMessageError(f'{octets[:40]!r} is no pack of this graph') from None
     return sent, [data[begin:end] for begin, end in pairwise(places)]
 
 
@@ -360,7 +363,7 @@ class Credits:
                 nonlocal come
                 sent, payloads = unpack(self._key, port.name, octets)
                 if sent < come:
-                    raise UnheardError('a pack comes again')
+                    raise ForeignMessageError('a pack comes again')
                 come = sent + len(payloads)
                 self._owner.received(source, payloads)
 
@@ -392,7 +395,7 @@ class Credits:
             self._end.publish(End(owner.role, sent).to_octets(self._key))
         self.report()
 
-    def strangers(self) -> list[str]:
+    def foreign_publishers(self) -> list[str]:
         """Return the foreign publishers on the outputs of the graph, which ignores them."""
         own = self._owner.get_fully_qualified_name()
         return [
@@ -437,7 +440,7 @@ class Credits:
         def hear(octets: bytes) -> None:
             try:
                 take(octets)
-            except UnheardError as error:
+            except ForeignMessageError as error:
                 self._owner.leave_aside(topic, 'not_of_this_graph', str(error))
 
         return self._owner.guard(hear)
@@ -448,7 +451,7 @@ class Credits:
             return
         last = self._reports.get(report.node)
         if last is not None and report.number <= last.number:
-            raise UnheardError('a report comes again')
+            raise ForeignMessageError('a report comes again')
         self._note(report)
         for topic in owner.outputs:
             owner.pump(topic)

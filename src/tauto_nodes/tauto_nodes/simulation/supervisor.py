@@ -145,7 +145,7 @@ class Supervisor:
         """Return a node's exit code, or `None` while it runs."""
         return next(c.process.poll() for c in self.children if c.name == name)
 
-    def complaints(self) -> tuple[str, ...]:
+    def node_warnings(self) -> tuple[str, ...]:
         """Return the warnings and errors that the nodes and the middleware wrote, each once."""
         lines = (line for child in self.children for line in child.lines())
         said = (_TIME.sub('', line) for line in lines if _COMPLAINT.search(line))
@@ -235,7 +235,7 @@ class Outcome:
     signal: int = 0
     start_s: float = 0.0
     voyage_s: float = 0.0
-    complaints: tuple[str, ...] = ()
+    node_warnings: tuple[str, ...] = ()
 
     @property
     def lost(self) -> int:
@@ -367,7 +367,7 @@ def run_graph(plan: GraphPlan, scene: Scene, progress: Callable[[float], None]) 
             0 if recorded.complete else signals.came,
             start_s=recorded.began_s - born_s,
             voyage_s=recorded.closed_s - recorded.began_s,
-            complaints=supervisor.complaints() if recorded.complete else (),
+            node_warnings=supervisor.node_warnings() if recorded.complete else (),
         )
 
 
