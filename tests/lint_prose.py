@@ -173,3 +173,13 @@ def test_sentences_say_who_does_what(prose: tuple[str, str], habit: str) -> None
     for text, most in zip(prose, HABITS[habit], strict=True):
         rate = 1000.0 * len(re.findall(habit, text, re.IGNORECASE)) / len(text.split())
         assert rate <= most, f'{habit}: {rate:.2f} in 1,000 words'
+
+
+def test_the_name_of_a_test_has_at_most_60_characters() -> None:
+    names = {
+        name
+        for file in (ROOT / 'tests').rglob('*.py')
+        for name in re.findall(r'def (test_\w+)', text_of(file))
+    }
+    assert len(names) > 1000
+    assert not {name for name in names if len(name) > 60}

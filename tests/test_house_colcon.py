@@ -95,9 +95,7 @@ def test_the_installed_core_carries_its_scenes_and_data(install: Path) -> None:
 
 
 @pytest.mark.parametrize('node', sorted(NODES))
-def test_an_installed_node_starts_and_refuses_an_unknown_parameter(
-    install: Path, node: str
-) -> None:
+def test_an_installed_node_refuses_an_unknown_parameter(install: Path, node: str) -> None:
     program = install / 'tauto_nodes' / 'lib' / 'tauto_nodes' / node
     result = sourced(install, program, '--ros-args', '-p', 'no_such_parameter:=1')
     assert result.returncode != 0

@@ -53,7 +53,7 @@ def test_it_is_built_by_the_steps_of_the_workflow_for_jazzy() -> None:
         assert step.replace('--no-cache-dir ', '') in WORKFLOW
 
 
-def test_the_workflow_for_jazzy_tries_the_page_s_commands_to_the_letter() -> None:
+def test_the_jazzy_workflow_runs_the_commands_of_its_page() -> None:
     """In their order, but for the sensor: what is said to work is what is tried."""
     page = (ROOT / 'docs' / 'howto' / 'jazzy.md').read_text(encoding='utf-8')
     said = [

@@ -122,7 +122,7 @@ def circles(edges: dict[str, set[str]]) -> set[frozenset[str]]:
     }
 
 
-def test_a_circle_is_found_through_a_function_and_through_types_alone() -> None:
+def test_circles_run_through_functions_and_types() -> None:
     found = graph(
         {
             'p': 'from p.a import x',

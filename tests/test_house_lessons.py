@@ -30,7 +30,7 @@ def test_a_lesson_runs_and_shows_its_pictures(lesson: Path, tmp_path: Path) -> N
     assert not list(tmp_path.iterdir())
 
 
-def test_lessons_are_kept_without_outputs_and_a_page_leads_to_each() -> None:
+def test_lessons_have_no_outputs_and_a_page_leads_to_each() -> None:
     assert {each.stem for each in LESSONS} == set(PICTURES)
     index = (LESSONS[0].parents[1] / 'howto' / 'python.md').read_text(encoding='utf-8')
     for lesson in LESSONS:

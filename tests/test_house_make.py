@@ -112,7 +112,7 @@ def test_without_ros_nothing_is_touched_or_said(tmp_path: Path) -> None:
     assert {name: seen[name] for name in mine} == mine
 
 
-def test_the_bootstrap_guard_of_another_environment_is_not_handed_on(tmp_path: Path) -> None:
+def test_a_foreign_bootstrap_guard_is_not_handed_on(tmp_path: Path) -> None:
     guard = '_ROS_WHEELS_BOOTSTRAP_COMPLETE'
     assert guard not in children_see(tmp_path, {guard: '1'})[1]
 

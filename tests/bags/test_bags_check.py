@@ -182,7 +182,7 @@ def test_a_bag_with_a_hole_says_so_for_ever(tmp_path: Path, number: int) -> None
     assert holes_said(tmp_path / 'written') == expected
 
 
-def test_a_hole_without_its_message_indices_has_the_times_of_the_index(tmp_path: Path) -> None:
+def test_a_hole_without_indices_has_the_times_of_the_chunk(tmp_path: Path) -> None:
     bag = shutil.copytree(GOLDEN, tmp_path / 'bag')
     octets = bytearray((bag / FILE).read_bytes())
     (at, length), (after, _), *_ = chunk_places()[1:]
@@ -198,7 +198,7 @@ def test_a_hole_without_its_message_indices_has_the_times_of_the_index(tmp_path:
     assert holes_said(made) == {'': (0, first_ns, last_ns)}
 
 
-def test_a_chunk_with_a_wrong_checksum_is_kept_on_request_and_marked(tmp_path: Path) -> None:
+def test_a_corrupt_chunk_is_kept_on_request_and_marked(tmp_path: Path) -> None:
     bag = holed(tmp_path / 'bag', 1, at=9 + 24)  # the checksum itself
     expected = lost_by_topic(recover_bag(bag, tmp_path / 'lost').path)
     made = recover_bag(bag, tmp_path / 'kept', keep_corrupt=True)
@@ -284,7 +284,7 @@ def test_a_chunk_that_ends_within_a_record_is_noticed(tmp_path: Path) -> None:
     assert 'the last 43 bytes of the chunk at byte' in words
 
 
-def test_messages_that_do_not_decode_or_go_back_are_faults_not_damage(tmp_path: Path) -> None:
+def test_undecodable_or_early_messages_are_faults_not_damage(tmp_path: Path) -> None:
     payloads = encode(s.SHIP_IMU, example(s.ImuSamples, 3))
     back = [(START_NS - k, payload) for k, payload in enumerate(payloads)]
     rows = {'/ship/imu': back, '/bad': [(START_NS, b'\0\1\0\0')]}

@@ -177,7 +177,7 @@ def test_joints_that_do_not_go_with_their_names_are_refused() -> None:
         decode(s.PHASE, [payload], stamps(1))
 
 
-def test_a_message_of_more_names_than_any_ship_has_joints_is_refused() -> None:
+def test_a_message_of_too_many_names_is_refused() -> None:
     many = example(s.JointSamples, 1)
     assert isinstance(many, s.JointSamples)
     names = tuple(map(str, range(MOST_NAMES + 1)))

@@ -107,7 +107,7 @@ def test_mcap_finds_profile_times_sequence_and_qos(tmp_path: Path) -> None:
     assert stored == sorted(stored)
 
 
-def test_sequence_numbers_begin_again_at_the_end_of_their_32_bits(tmp_path: Path) -> None:
+def test_sequence_numbers_wrap_at_32_bits(tmp_path: Path) -> None:
     with BagWriter(tmp_path / 'voyage') as writer:
         writer.write(all_batches())
         writer.counts['ship/imu'] = 2**32 - 2

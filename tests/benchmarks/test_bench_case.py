@@ -59,7 +59,7 @@ def test_peers_equations_are_those_of_the_axle_pendulum() -> None:
         assert found[3] == pytest.approx(float(now.tilt_acceleration), rel=1e-11)
 
 
-def test_peers_equations_in_long_double_end_where_the_stored_state_is() -> None:
+def test_peers_equations_in_long_double_end_at_the_reference() -> None:
     """Other equations, tolerance and steps than the stored state's, and no rounding of Gauss."""
     hy = pytest.importorskip('heyoka')
     long = np.longdouble

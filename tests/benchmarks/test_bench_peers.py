@@ -170,7 +170,7 @@ def test_missing_library_is_named_with_what_installs_it(kind, monkeypatch):
         ('f', '1e-16', 3e-11),
     ],
 )
-def test_the_best_formulations_of_heyoka_end_where_the_reference_does(key, setting, bound):
+def test_heyokas_best_formulations_end_at_the_reference(key, setting, bound):
     assert setting in peer(HeyokaTuned).settings(problem(key))
     assert measure(problem(key), peer(HeyokaTuned), setting, 600.0).error_rad < bound
 

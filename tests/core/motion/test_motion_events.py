@@ -52,7 +52,7 @@ def test_overdamped_wheel_creeps_home():
     np.testing.assert_allclose(angle, exact, rtol=0, atol=1e-12)
 
 
-def test_coulomb_friction_shortens_swings_alike_and_holds_at_last():
+def test_coulomb_friction_shortens_swings_alike_then_holds():
     friction = 0.03 * STIFFNESS
     shift = friction / STIFFNESS
     times, angle, rate = angles(scene_of(drag={'coulomb': friction}))

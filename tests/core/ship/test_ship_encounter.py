@@ -160,7 +160,7 @@ def test_a_sea_beyond_the_operator_leaves_the_ship_at_rest():
     assert not np.diff(motion.produce(100).linear_acceleration, axis=0).any()
 
 
-def test_waves_longer_than_the_operators_move_the_ship_statically():
+def test_waves_beyond_the_operator_move_the_ship_statically():
     """In following seas, at encounter frequencies around 0: the heel is static."""
     rao = operator_of_the_equation(0.7)
     inside = np.array(rao.angular_frequency) > 0.25

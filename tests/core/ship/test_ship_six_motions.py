@@ -64,7 +64,7 @@ def test_the_turning_is_the_derivative_of_the_orientation() -> None:
     np.testing.assert_allclose(imu.angular_velocity, found, atol=1e-9)
 
 
-def test_a_ship_that_only_rolls_has_the_readings_of_one_that_only_rolls() -> None:
+def test_six_motions_with_roll_alone_read_like_a_roll() -> None:
     angle, rate, (_, y, z) = motion()
     none = np.zeros(N)
     flat = ShipAngles(angle.roll, none, none), ShipAngles(rate.roll, none, none)
@@ -158,7 +158,7 @@ def test_what_a_clock_needs_has_the_bits_of_the_whole_message(changing: bool) ->
 
 
 @pytest.mark.parametrize('name', ['involute_weight_at_sea', 'second_cam_at_sea'])
-def test_a_clock_reads_the_same_whether_its_motion_is_logged_or_not(name: str) -> None:
+def test_logging_the_motion_does_not_change_the_reading(name: str) -> None:
     scene = at_sea(name)
     one, other = (
         sail(scene.model_copy(update={'log': scene.log.model_copy(update={'motion': logged})}))
@@ -178,7 +178,7 @@ CORK = {
 
 
 @pytest.mark.parametrize('changes', [{}, CORK])
-def test_parts_of_a_motion_are_read_like_the_whole_which_is_computed_once(
+def test_parts_of_a_motion_are_read_like_the_whole(
     changes: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     scene, summed = at_sea(**changes), list[int]()
@@ -203,7 +203,7 @@ def test_parts_of_a_motion_are_read_like_the_whole_which_is_computed_once(
     assert sum(summed) == in_one > 0
 
 
-def test_a_motion_in_parts_that_fit_the_cache_has_the_bits_of_the_whole(
+def test_parts_that_fit_the_cache_have_the_bits_of_the_whole(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr('tauto_core.samples.IN_CACHE', 512)
@@ -226,7 +226,7 @@ def test_a_ship_that_may_pitch_upright_is_screened_as_messages() -> None:
     assert isinstance(ShipMotion(rough).sense(10), ImuSamples)
 
 
-def test_a_motion_without_waves_has_the_bits_of_one_that_is_summed() -> None:
+def test_no_waves_have_the_bits_of_summed_zeros() -> None:
     period, phase = np.array([7.0, 11.0]), np.array([0.1, 2.0])
     flat = SampledHarmonics(Harmonics(np.zeros(2), period, phase), 10**8)
     tiny = SampledHarmonics(Harmonics(np.full(2, 1e-320), period, phase), 10**8)

@@ -61,9 +61,7 @@ def _spoken(scene: Scene) -> dict[str, Samples]:
     return {topic: join(parts) for topic, parts in said.items()}
 
 
-def test_an_estimator_started_again_goes_on_with_coefficients_and_integrals(
-    bench: Bench, tmp_path: Path
-) -> None:
+def test_a_restarted_estimator_keeps_coefficients(bench: Bench, tmp_path: Path) -> None:
     """Its estimate has the bits of an uninterrupted one, although one of two observations comes
     after the end.
     """

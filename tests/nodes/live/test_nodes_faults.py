@@ -223,7 +223,7 @@ def test_of_what_a_message_says_logs_have_80_characters() -> None:
     assert max(len(said[0]), len(intake.trouble)) < 200
 
 
-def test_a_driver_restarted_in_another_frame_is_an_error_and_then_taken(bench: Bench) -> None:
+def test_a_changed_frame_is_an_error_until_it_lasts(bench: Bench) -> None:
     trochlea = TrochleaNode(**overrides(**FOREIGN, imu_rotation='0 0 0', stale_after=0.2))
     publisher, heard = with_sensor(bench, trochlea)
     send(publisher, replace(still_sensor(5.0), frame_id='mast'), bench, trochlea)
@@ -260,7 +260,7 @@ rclpy.spin(node)
 """A process of its own: Fast DDS takes one type of a topic in a process."""
 
 
-def test_a_publisher_of_another_type_is_named_with_the_type_that_is_wanted(bench: Bench) -> None:
+def test_a_publisher_of_another_type_is_named_with_both_types(bench: Bench) -> None:
     heard = Heard(bench.add(Node('listener'), TrochleaNode(**overrides(**FOREIGN))))
     words = (
         'no publisher of sensor_msgs/msg/Imu on ship/imu: /xsens sends rosgraph_msgs/msg/Clock. '
@@ -280,7 +280,7 @@ def test_a_publisher_outside_ros_is_worded_for_a_person() -> None:
     assert node_of(info) == 'a node not yet known by name'
 
 
-def test_motion_that_begins_elsewhere_is_refused_with_the_parameter_that_takes_it(
+def test_motion_of_another_start_is_refused_with_the_parameter(
     bench: Bench,
 ) -> None:
     trochlea = TrochleaNode(**overrides(scene='measured'))
@@ -368,7 +368,7 @@ def test_a_late_sample_is_counted_and_is_no_fault(bench: Bench) -> None:
     assert float(values()['ship/imu age [s]']) >= 0.0
 
 
-def test_only_the_clock_topic_sets_the_dial_anew_when_it_goes_back(bench: Bench) -> None:
+def test_only_a_clock_that_goes_back_sets_the_dial_anew(bench: Bench) -> None:
     trochlea = TrochleaNode(**overrides(**FOREIGN, use_sim_time=True))
     sensor = bench.add(Node('gazebo'), trochlea)
     clock = sensor.create_publisher(Clock, '/clock', QoSProfile(depth=10))

@@ -237,7 +237,7 @@ def readings(bag: Path) -> int:
     return read_bag(files[0]).counts.get('/clock/reading', 0) if files else 0
 
 
-def test_a_live_clock_follows_a_played_bag_and_ends_with_its_first_node(
+def test_a_live_clock_follows_a_bag_and_ends_with_its_node(
     tmp_path: Path, ros: Callable[[Sequence[str]], None]
 ) -> None:
     given = ('speed:=0.0', 'duration:=60.0', 'out:=sensor')

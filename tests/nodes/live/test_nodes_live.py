@@ -94,7 +94,7 @@ def heard_from(
     return trochlea, assess(trochlea, time.monotonic())
 
 
-def test_a_sensor_turned_by_imu_rotation_reads_as_one_along_the_clock(bench: Bench) -> None:
+def test_imu_rotation_turns_a_sensor_into_the_clocks_axes(bench: Bench) -> None:
     def upside_down(message: Imu) -> None:
         message.linear_acceleration.z *= -1.0
         message.orientation.w, message.orientation.x = 0.0, -1.0
@@ -178,7 +178,7 @@ class Tree:
         return np.array(self.known[frame]) if frame in self.known else None
 
 
-def test_a_static_transform_says_how_a_sensor_is_mounted_once_it_comes(
+def test_a_static_transform_gives_the_mounting_once_it_comes(
     bench: Bench, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     tree = Tree()
@@ -201,7 +201,7 @@ def test_a_static_transform_says_how_a_sensor_is_mounted_once_it_comes(
     assert "frame 'mast'" in mounting.trouble
 
 
-def test_a_reliable_subscription_to_a_best_effort_sensor_is_an_error(bench: Bench) -> None:
+def test_a_reliable_subscriber_of_best_effort_is_an_error(bench: Bench) -> None:
     trochlea = TrochleaNode(**overrides(**FOREIGN))
     sensor = bench.add(Node('xsens'), trochlea)
     levels: list[tuple[bytes, str, str]] = []
@@ -387,9 +387,7 @@ def test_recorder_refuses_topics_it_does_not_know(
     assert not (tmp_path / 'bag').exists()
 
 
-def test_a_live_bag_tells_when_what_came_and_needs_no_scene_beside_it(
-    ros: Any, tmp_path: Path
-) -> None:
+def test_a_live_bag_has_times_of_receipt_and_its_scene(ros: Any, tmp_path: Path) -> None:
     """Receipt as log time, sending as publish time: a sensor's lateness can be seen."""
     from mcap.reader import make_reader
 

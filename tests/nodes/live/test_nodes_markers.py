@@ -181,7 +181,7 @@ def test_the_foxglove_layout_shows_fields_of_recorded_messages(recorded: dict[st
     }
 
 
-def test_the_plotjuggler_layout_shows_series_of_recorded_messages(
+def test_the_plotjuggler_layout_shows_recorded_series(
     recorded: dict[str, Any],
 ) -> None:
     """PlotJuggler names a joint's series topic/joint/position, others topic/field/field."""

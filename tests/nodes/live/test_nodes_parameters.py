@@ -94,7 +94,7 @@ def test_all_problems_in_one_text(ros: Any) -> None:
         declare(node, 'recorder')
 
 
-def test_a_file_may_be_shared_but_a_section_of_its_own_is_checked(tmp_path: Path) -> None:
+def test_a_file_is_shared_and_an_own_section_is_checked(tmp_path: Path) -> None:
     """The processes are real, since only a command line says which file has which section."""
     values = {'speed': 2.0, 'scne': 'ideal', 'stal_after': 1.0, 'scene': 'no_such_scene'}
     shared = {'ros__parameters': values}

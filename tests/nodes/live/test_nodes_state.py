@@ -93,7 +93,7 @@ def _readers(node: Node) -> set[bytes]:
     return {bytes(info.endpoint_gid) for info in infos}
 
 
-def test_a_killed_clock_goes_on_where_it_was_and_says_what_it_lost(
+def test_a_killed_clock_goes_on_and_states_its_losses(
     bench: Bench, tmp_path: Path, request: pytest.FixtureRequest
 ) -> None:
     options = {'source': 'foreign', 'state_folder': tmp_path, 'state_interval': 0.1}

@@ -53,7 +53,7 @@ def fields_of(text: str, package: str) -> set[str]:
     'ros_type',
     sorted({each.ros_type for each in TOPICS.values()} | {'diagnostic_msgs/msg/DiagnosticArray'}),
 )
-def test_a_bag_declares_the_definitions_with_their_default_values(ros_type: str) -> None:
+def test_a_bag_declares_definitions_with_their_defaults(ros_type: str) -> None:
     """Each definition, and those that it is made of, as the installed packages have them."""
     text = definition_of(ros_type)[0]
     first, *others = re.split(r'={80}\nMSG: (\S+)\n', text)

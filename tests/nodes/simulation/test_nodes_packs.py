@@ -29,7 +29,7 @@ def test_packs_fit_a_datagram_unless_a_message_does_not() -> None:
     assert packs == [(7, [b'a']), (8, [big]), (9, [b'b'])]
 
 
-def test_a_pack_is_a_message_of_its_type_and_padding_does_no_harm() -> None:
+def test_a_pack_is_a_message_with_or_without_padding() -> None:
     (octets,) = pack(KEY, 'scene', [b'abc', b'de'])
     message = deserialize_message(octets, UInt8MultiArray)
     assert bytes(message.data).endswith(b'abcde')
@@ -43,7 +43,7 @@ def test_what_is_cut_short_is_refused(cut: int) -> None:
         unpack(KEY, 'scene', octets[:cut])
 
 
-def test_a_pack_of_another_key_or_topic_or_with_a_changed_bit_is_refused() -> None:
+def test_a_pack_of_another_key_topic_or_bit_is_refused() -> None:
     (octets,) = pack(KEY, 'scene', [b'abc', b'de'])
     changed = [
         octets[:at] + bytes([octets[at] ^ 1]) + octets[at + 1 :] for at in range(16, len(octets))

@@ -222,7 +222,7 @@ def test_a_recorder_that_is_stopped_makes_no_whole_voyage(tmp_path: Path) -> Non
     assert 'cut_short' in (out / 'metadata.yaml').read_text()
 
 
-def test_who_is_frozen_loses_nothing_and_a_subscriber_that_is_holds_nobody_up(
+def test_a_frozen_node_loses_nothing_nor_holds_others_up(
     tmp_path: Path,
 ) -> None:
     """DDS forgets a participant that is silent for 20 s, unless our profile says otherwise.
@@ -370,7 +370,7 @@ def test_a_node_without_standard_streams_runs(tmp_path: Path) -> None:
     assert streams == {os.devnull}
 
 
-def test_a_log_folder_that_cannot_be_made_is_told_with_the_remedy() -> None:
+def test_a_log_folder_that_cannot_be_made_has_a_remedy() -> None:
     home = {name: value for name, value in os.environ.items() if not name.startswith('ROS_LOG')}
     done = subprocess.run(
         [sys.executable, '-m', 'tauto_nodes', 'longitude'],
@@ -395,7 +395,7 @@ if sys.orig_argv[-1].endswith(('recorder', 'longitude')):  # the last argument i
 """A middleware that never returns and holds the interpreter's lock, as its deadlocks do."""
 
 
-def test_a_middleware_that_does_not_let_go_takes_nothing_from_a_voyage(tmp_path: Path) -> None:
+def test_a_blocked_middleware_costs_a_voyage_no_message(tmp_path: Path) -> None:
     (tmp_path / 'sitecustomize.py').write_text(HELD)
     out = tmp_path / 'bag'
     done = subprocess.run(
@@ -410,7 +410,7 @@ def test_a_middleware_that_does_not_let_go_takes_nothing_from_a_voyage(tmp_path:
     assert read_bag(out).counts['/clock/reading'] == 6
 
 
-def test_a_node_that_the_middleware_does_not_let_go_says_where_it_stands(tmp_path: Path) -> None:
+def test_a_blocked_node_prints_its_calls(tmp_path: Path) -> None:
     (tmp_path / 'sitecustomize.py').write_text(HELD)
     process = subprocess.Popen(
         [
@@ -511,7 +511,7 @@ def test_what_cannot_be_sailed_or_played_is_refused(words: list[str], said: str)
     assert done.stderr.startswith(f'tauto: {said}')
 
 
-def test_the_second_graph_in_a_domain_refuses_itself_and_the_first_is_whole(
+def test_a_second_graph_refuses_itself_and_the_first_is_whole(
     ros: Callable[[Sequence[str]], None], tmp_path: Path
 ) -> None:
     """The domain is that of this test process (conftest), as it is on most robots.

@@ -21,7 +21,7 @@ WORDS = """\
 """
 
 
-def test_warnings_and_errors_are_told_once_without_time_and_colour(tmp_path: Path) -> None:
+def test_warnings_are_printed_once_without_time_and_colour(tmp_path: Path) -> None:
     children = []
     for name in ('recorder', 'trochlea'):
         log = tmp_path / f'{name}.log'

@@ -305,9 +305,7 @@ def closed(key: bytes, topic: str, said: bytes) -> bytes:
 
 @pytest.mark.parametrize('key', [b'', KEY])
 @pytest.mark.parametrize('said', HOSTILE)
-def test_what_is_malformed_or_of_another_graph_is_neither_report_nor_end(
-    said: bytes, key: bytes
-) -> None:
+def test_malformed_or_foreign_messages_are_no_report_or_end(said: bytes, key: bytes) -> None:
     for topic, read in ((CREDIT_TOPIC, Report.from_octets), (END_TOPIC, End.from_octets)):
         for made_with in (key, b'another'):
             with pytest.raises(ForeignMessageError) as refused:
@@ -361,9 +359,7 @@ def test_nothing_that_a_stranger_says_ends_a_graph_or_its_voyage(
     np.testing.assert_array_equal(stamps_ns, sorted(set(stamps_ns)))
 
 
-def test_a_bag_with_fewer_readings_than_its_scene_has_is_cut_short(
-    bench: Bench, tmp_path: Path
-) -> None:
+def test_a_bag_with_too_few_readings_is_cut_short(bench: Bench, tmp_path: Path) -> None:
     topics = (SCENE, READING)
     sink = RecorderNode(**overrides(output=str(tmp_path / 'bag'), topics=topics, **FLOW))
     ship, clock = (GraphNode(name, **overrides(**FLOW)) for name in GRAPH[:2])
@@ -422,7 +418,7 @@ def test_a_stage_that_loses_messages_ends_with_their_number(bench: Bench) -> Non
         bench.until(lambda: False)
 
 
-def test_a_sample_of_its_own_ship_that_cannot_be_integrated_ends_the_graph(bench: Bench) -> None:
+def test_an_unusable_sample_of_the_own_ship_ends_the_graph(bench: Bench) -> None:
     # from a sensor it is counted and omitted, from the scene's own ship it is a fault
     graph = ('ship_motion', 'trochlea')
     flow = overrides(flow_control='credits', graph=graph, scene='measured')
