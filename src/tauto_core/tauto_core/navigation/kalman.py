@@ -69,7 +69,7 @@ def prediction(clock: int, size: int) -> Callable[..., tuple[Any, ...]]:
     Its arguments are the numbers (means, then the `pairs` of the covariance), the time t [s], q1,
     q2, and the growth of each integral [s]. It returns the numbers after that time.
     """
-    entries = pairs(size)
+    entries, places = pairs(size), _places(size)
 
     def ahead(now: tuple[Any, ...], t: Any, q1: float, q2: float, *gained: Any) -> tuple[Any, ...]:
         h = 0.5 * t * t
@@ -78,7 +78,7 @@ def prediction(clock: int, size: int) -> Callable[..., tuple[Any, ...]]:
             0: [(1, t), *[(2, h)] * ageing, *zip(range(clock, size), gained, strict=True)],
             1: [(2, t)] * ageing,
         }
-        mean, p = list(now[:size]), _square(now, size)
+        mean, p = list(now[:size]), [[now[place] for place in row] for row in places]
         for row, terms in transition.items():
             for column, factor in terms:
                 mean[row] = mean[row] + factor * mean[column]
@@ -100,12 +100,12 @@ def correction(size: int) -> Callable[..., tuple[float, ...]]:
 
     Its arguments are the predicted numbers, the innovation ν, its variance s = P_xx + r, and r.
     """
-    entries = pairs(size)
+    entries, places = pairs(size), _places(size)
 
     def corrected(
         now: tuple[float, ...], innovation: float, s: float, r: float
     ) -> tuple[float, ...]:
-        p = _square(now, size)
+        p = [[now[place] for place in row] for row in places]
         gain = [covariance / s for covariance in p[0]]
         # 1 - P_xx/s would lose digits for a precise observation
         g = r / s
@@ -124,11 +124,10 @@ def correction(size: int) -> Callable[..., tuple[float, ...]]:
     return corrected
 
 
-def _square(now: tuple[Any, ...], size: int) -> list[list[Any]]:
-    matrix: list[list[Any]] = [[0.0] * size for _ in range(size)]
-    for (i, j), number in zip(pairs(size), now[size:], strict=True):
-        matrix[i][j] = matrix[j][i] = number
-    return matrix
+def _places(size: int) -> list[list[int]]:
+    """Return the place of each covariance among the numbers, as a square."""
+    number = {pair: size + k for k, pair in enumerate(pairs(size))}
+    return [[number[min(i, j), max(i, j)] for j in range(size)] for i in range(size)]
 
 
 Real = TypeVar('Real', float, FloatArray)
