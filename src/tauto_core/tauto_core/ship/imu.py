@@ -627,8 +627,10 @@ class Continuity(Stateful):
         None: fewer than two, or the latest good sample is before `due_ns`.
         """
         now_ns, step_ns = self.last_ns, self._usual_ns
+        if self._last is None or now_ns < due_ns:
+            return None
         window = [each for each in self._window if each[0] >= now_ns - LINE_STEPS * step_ns]
-        if self._last is None or now_ns < due_ns or len(window) < 2:
+        if len(window) < 2:
             return None
         rows = np.array([row for _, row in window])
         rows[:, :4] *= np.sign(rows[:, :4] @ rows[-1, :4])[:, None]
