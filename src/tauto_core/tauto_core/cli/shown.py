@@ -35,12 +35,13 @@ if TYPE_CHECKING:
 Given = Mapping[str, Any]
 
 
-def _aligned(rows: Iterable[Iterable[str]]) -> Iterator[str]:
-    """Yield the rows of a table as lines, with columns aligned to the right."""
+def _aligned(rows: Iterable[Iterable[str]], first: str = '>') -> Iterator[str]:
+    """Yield the rows of a table as lines. `first` aligns the first column, `<` for labels."""
     cells = list(map(tuple, rows))
     widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    formats = [f'{">" if place else first}{width}' for place, width in enumerate(widths)]
     for row in cells:
-        yield '  '.join(f'{cell:>{width}}' for cell, width in zip(row, widths, strict=True))
+        yield '  '.join(map(format, row, formats))
 
 
 def shipped_summary(name: str) -> str:
@@ -188,12 +189,12 @@ def altitudes(found: dict[str, Any], _as_json: bool, _: Given) -> Said:
         for name, size in found.items()
         if name != 'errors'
     ]
-    heads = f'{"wrong by":22}', 'latitude nmi', "declination '", 'culmination s'
+    heads = 'wrong by', 'latitude nmi', "declination '", 'culmination s'
     rows = (
-        (f'{of:22}', *(printed(size, '+.4f') for size in sizes))
+        (of, *(printed(size, '+.4f') for size in sizes))
         for of, *sizes in map(dict.values, found['errors'])
     )
-    return '\n'.join([*lines, *_aligned([heads, *rows])])
+    return '\n'.join([*lines, *_aligned([heads, *rows], first='<')])
 
 
 def hull(found: dict[str, Any], _as_json: bool, _: Given) -> Said:
