@@ -216,16 +216,23 @@ def close(actual, expected, tolerance=TIGHT):
     np.testing.assert_allclose(actual, float(expected), rtol=tolerance, atol=1e-300)
 
 
-@pytest.mark.parametrize('entry', entries('B16-30-curve'))
-def test_curve(entry):
+@pytest.mark.parametrize('entry', [*entries('B16-30-curve'), *entries('B35-friction')])
+def test_height_slope_and_arc(entry):
     curve, given = curve_of(entry)
     s, expected = float(given['s']), entry['expected']
     close(curve.height(s), expected['x'])
     close(curve.slope(s), expected['dx_ds'])
+    side = 'descent' if s > curve.lowest_arc else 'ascent'
+    close(curve.arc_of_height(float(expected['x']), side), s)
+
+
+@pytest.mark.parametrize('entry', entries('B16-30-curve'))
+def test_curve(entry):
+    curve, given = curve_of(entry)
+    s, expected = float(given['s']), entry['expected']
     close(1.0 / curve.slope(s), expected['slope_p_ds_dx'])
     close(abscissa(curve, s), expected['y'])
     close(radius_of_curvature(curve, s), expected['R'], CURVATURE)
-    close(curve.arc_of_height(float(expected['x']), 'descent' if s > 0 else 'ascent'), s)
 
 
 @pytest.mark.parametrize('entry', entries('B26-28-cusp'))
@@ -244,13 +251,3 @@ def test_cusps(entry):
     else:
         close(-curve.ascent_cusp, expected['t_cusp_ascent'])
         close(curve.height(curve.ascent_cusp), expected['u_cusp_ascent'])
-
-
-@pytest.mark.parametrize('entry', entries('B35-friction'))
-def test_friction(entry):
-    curve, given = curve_of(entry)
-    s, expected = float(given['s']), entry['expected']
-    close(curve.height(s), expected['x'])
-    close(curve.slope(s), expected['dx_ds'])
-    side = 'descent' if s > curve.lowest_arc else 'ascent'
-    close(curve.arc_of_height(float(expected['x']), side), s)
