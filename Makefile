@@ -75,7 +75,7 @@ docs: setup-dev  ## the documentation site, into site/; a broken link or referen
 	.venv/bin/python docs/parameters.py > docs/parameters.md
 	.venv/bin/python docs/topics.py > docs/topics.md
 	.venv/bin/python -m tauto_core.scene.reference > docs/scenes.md
-	$(TAUTO) euler --page docs --site docs/papers
+	$(TAUTO) euler --site docs/papers
 	$(TAUTO) report portsmouth_jamaica -o docs/demo.html
 	.venv/bin/python -m nbconvert --log-level ERROR --to markdown --execute docs/lessons/*.ipynb
 	.venv/bin/zensical build --strict --clean
@@ -123,7 +123,7 @@ fuzz: setup  ## COUNT=1000000 mutated bags, scenes, logs, messages, lines: refus
 	.venv/bin/python benchmarks/fuzz.py --count $(COUNT)
 
 clean:  ## remove bags/out, dist, site, colcon's folders and caches; .venv stays
-	rm -rf bags/out coverage.xml dist docs/{cli,euler,parameters,scenes,topics}.md docs/demo.html docs/figures \
+	rm -rf bags/out coverage.xml dist docs/{cli,parameters,scenes,topics}.md docs/demo.html \
 	  docs/lessons/*.md docs/lessons/*_files docs/papers site ros_ws/build ros_ws/install ros_ws/log \
 	  .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
 	find src tests benchmarks -name __pycache__ -type d -prune -exec rm -rf {} +

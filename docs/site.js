@@ -13,10 +13,8 @@ text a quotient ends where the reader sees it. Words stay words. */
   const escape = (text) => text.replace(/&/g, '&amp;').replace(/</g, '&lt;');
   const row = (inner) => '<mrow>' + inner + '</mrow>';
   const plain = (run, alphabet) => [...run].map((c) => PLAIN[alphabet][alphabet.indexOf(c)]).join('');
-  // Euler writes products without signs, such as zzdz
-  const isProduct = (run) => !/^(?:added|stands)$/.test(run) && /^[a-hkmnpqstvxz]+$/.test(run) && /d[dpstxz]|(.)\1|mn/.test(run);
   const isWords = (text) => !/[=√∫]/.test(text) &&
-    (text.match(/[A-Za-z]{3,}/g) ?? []).some((word) => !FUNCTIONS.has(word) && !isProduct(word)) && !new RegExp('[_^' + RAISED + LOWERED + ']').test(text);
+    (text.match(/[A-Za-z]{3,}/g) ?? []).some((word) => !FUNCTIONS.has(word)) && !new RegExp('[_^' + RAISED + LOWERED + ']').test(text);
 
   // the end of a bracket that opens at a place
   const closing = (text, open) => {
@@ -46,7 +44,7 @@ text a quotient ends where the reader sees it. Words stay words. */
         const run = text.slice(k).match(/^[A-Za-z]+/)?.[0] ?? '';
         const name = [...FUNCTIONS].find((each) => run === each);
         if (name) { k += name.length; return '<mi>' + name + '</mi>'; }
-        if (run.length > 3 && !isProduct(run)) { k += run.length; return '<mtext>' + run + '</mtext>'; }
+        if (run.length > 3) { k += run.length; return '<mtext>' + run + '</mtext>'; }
         if (run === 'dln') { k += 3; return '<mi>d</mi><mspace width="0.1em"/><mi>ln</mi>'; }
         const base = '<mi>' + text[k++] + '</mi>';
         const over = ACCENTS[text[k]];
@@ -146,7 +144,7 @@ text a quotient ends where the reader sees it. Words stay words. */
   for (const marked of document.querySelectorAll('.md-typeset em')) {
     const text = marked.textContent;
     if (isWords(text) || /^(?:as|at|be|by|do|in|is|it|no|of|on|or|to)$/.test(text)) continue;
-    if (/^[a-z]{3,}\.?$/.test(text) && !isProduct(text)) continue;
+    if (/^[a-z]{3,}\.?$/.test(text)) continue;
     const formula = document.createElement('span');
     formula.className = 'formula';
     const set = pieces(text).map((piece) => [piece.match(/^ ?/)[0], math(piece.trim(), false)]);

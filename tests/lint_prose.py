@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / 'docs'
-MADE = {f'{name}.md' for name in ('cli', 'euler', 'parameters', 'scenes', 'topics')}
+MADE = {f'{name}.md' for name in ('cli', 'parameters', 'scenes', 'topics')}
 """Pages of docs that `make docs` makes; of notebooks it makes those of lessons."""
 PAGES = [
     ROOT / 'README.md',

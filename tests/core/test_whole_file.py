@@ -20,7 +20,6 @@ import pytest
 from tauto_core import files
 from tauto_core.bags import BagWriter, read_bag
 from tauto_core.bags import write as bags_write
-from tauto_core.euler.page import PageError, write_page
 from tauto_core.euler.site import write_site
 from tauto_core.files import (
     OutputError,
@@ -85,10 +84,9 @@ def test_what_was_there_remains_where_there_is_no_room(
             lambda folder: write_scene(str(folder / 'new.yaml'), lambda name: new_scene(name, {})),
             UsageError,
         ),
-        (lambda folder: write_site(folder, []), PageError),
-        (lambda folder: write_page(folder, []), PageError),
+        (lambda folder: write_site(folder, []), OutputError),
     ],
-    ids=['scene new', 'euler --site', 'euler --page'],
+    ids=['scene new', 'euler --site'],
 )
 def test_nothing_is_left_of_a_file_for_which_there_is_no_room(
     tmp_path: Path, write: Callable[[Path], object], error: type[TautoError]

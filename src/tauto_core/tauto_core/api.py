@@ -825,26 +825,21 @@ def _scene_of_passage(
     return text
 
 
-def claims(*, page: File | None = None, site: File | None = None) -> list[Claim]:
+def claims(*, site: File | None = None) -> list[Claim]:
     """Check the claims of Euler's papers by computation.
 
     The exit code is 1 if a claim that should hold fails, or one that should fail holds.
 
     Args:
-        page: folder for euler.md and figures/*.svg, in place of the list.
         site: folder for an interactive page for each paper, *.html, in place of the list.
 
     Returns:
         Every claim of the three papers, each checked against a computed value.
     """
-    from tauto_core.euler.page import all_claims, write_page
+    from tauto_core.euler.site import all_claims, write_site
 
     results = all_claims()
-    if page is not None:
-        write_page(path('page', page), results)
     if site is not None:
-        from tauto_core.euler.site import write_site
-
         write_site(path('site', site), results)
     return results
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from tauto_core.euler import Claim
-from tauto_core.euler.page import all_claims
+from tauto_core.euler.site import all_claims
 
 CLAIMS = all_claims()
 

@@ -21,7 +21,7 @@ from tauto_core.euler import trochlea_1727
 from tauto_core.euler.axle_1780 import C, E, K
 from tauto_core.euler.axle_edition import PUSH
 from tauto_core.euler.edition import Edition, EulerFigure, G
-from tauto_core.euler.page import EDITIONS, all_claims
+from tauto_core.euler.site import EDITIONS, all_claims
 from tauto_core.samples import FloatArray
 from tauto_core.scene import load_scene
 

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import pytest
 
 from tauto_core.euler.formulas import FormulaError, evaluate, mathml
-from tauto_core.euler.page import EDITIONS, all_claims
+from tauto_core.euler.site import EDITIONS, all_claims
 
 FORMULAS = sorted({each for c in all_claims() for each in (c.stands, c.must, c.adds) if each})
 DIGITS = str.maketrans('⁰¹²³⁴⁵⁶⁷⁸⁹', '0123456789')

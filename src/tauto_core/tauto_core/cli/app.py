@@ -149,6 +149,10 @@ class Commands(TyperGroup):
             from tauto_core.api import NO_SMOOTH
 
             raise typer.BadParameter(f'--smooth{NO_SMOOTH}')
+        if words[:1] == ['euler'] and '--page' in words:
+            raise typer.BadParameter(
+                '--page: is no longer written. Use --site, whose pages hold it'
+            )
         return list(super().parse_args(ctx, words))
 
     def invoke(self, ctx: Any) -> Any:
@@ -257,7 +261,7 @@ ENTRIES: dict[str, Entry] = {
     'fleet': Command(('fleet', 'trial'), shown.fleet, has_scene=True, run=voyages.fleet),
     'plot': voyages.PLOT,
     'report': voyages.REPORT,
-    'euler': Command(('claims',), shown.claims, writes=('page', 'site'), holds=shown.claims_hold),
+    'euler': Command(('claims',), shown.claims, writes=('site',), holds=shown.claims_hold),
     **dict.fromkeys(ROS_COMMANDS, run_of_ros),
     'scene': Group(
         'Check or print a scene, or write a new one.',

@@ -326,7 +326,7 @@ _INDENT = ' ' * 23
 
 
 def claims(found: list[Claim], as_json: bool, given: Given) -> Said | None:
-    """Return the claims, unless pages were written. Print unexpected verdicts."""
+    """Return the claims, unless the site was written. Print unexpected verdicts."""
     for claim in (claim for claim in found if claim.verdict != claim.expected):
         text = f'{claim.paper} §{claim.paragraph}, {claim.said}: {claim.verdict} (off by '
         text += f'{claim.difference:.3g}, tolerance {claim.tolerance:.3g}), should be '
@@ -334,9 +334,9 @@ def claims(found: list[Claim], as_json: bool, given: Given) -> Said | None:
         typer.echo(f'tauto: {text}', err=True)
     if as_json:
         return {'claims': list(map(claim_facts, found))}
-    if given.get('page') or given.get('site'):
+    if given.get('site'):
         return None
-    from tauto_core.euler.page import summary
+    from tauto_core.euler.site import summary
 
     width = max(get_terminal_size().columns, _NARROWEST)
     lines = [line for claim in found for line in claim_lines(claim, width)]

@@ -201,24 +201,12 @@ class Drawing:
         return (across - self._left) * self._scale, (self._high - up) * self._scale
 
 
-# Style of a drawing in a file. A page has its own styles, light and dark (site_page.html).
-_STYLE = """svg{background:#fff}
-path,circle{fill:none;stroke:#1b1b1b;stroke-width:1.1;stroke-linejoin:round}
-.thin{stroke-width:.7}.faint{stroke:#767676;stroke-dasharray:3 2}.heavy{stroke-width:2.6}
-.curve{stroke:#1f4e8c;stroke-width:2}.thread,.other{stroke-width:1.5}
-.thread{stroke:#b03a2e}.other{stroke:#1f7a4a}.solid,.dot{fill:#1b1b1b}.dot{stroke:none}
-text{font:11px sans-serif;text-anchor:middle;dominant-baseline:middle}
-.letter{font:italic 14px serif}"""
-
-
-def svg(drawing: Drawing, title: str, *, alone: bool = False) -> str:
-    """Return a drawing as an `svg` element with its title, or as a file if `alone`."""
+def svg(drawing: Drawing, title: str) -> str:
+    """Return a drawing as an `svg` element with its title."""
     wide, high = map(_short, drawing.size)
-    of_file = 'xmlns="http://www.w3.org/2000/svg" ' if alone else ''
-    style = f'<style>{_STYLE}</style>' if alone else ''
     return (
-        f'<svg {of_file}viewBox="0 0 {wide} {high}" width="{wide}" role="img" '
-        f'aria-label="{escape(title)}">{style}{drawing.markup}</svg>'
+        f'<svg viewBox="0 0 {wide} {high}" width="{wide}" role="img" '
+        f'aria-label="{escape(title)}">{drawing.markup}</svg>'
     )
 
 

@@ -1,7 +1,8 @@
-"""The papers as interactive pages, one self-contained HTML file each.
+"""All claims, and the papers as interactive pages, one self-contained HTML file each.
 
 A page holds the drawings of its figures for all values of their controls. Its script only
-exchanges drawings. It uses no network.
+exchanges drawings. It uses no network. Numbers are rounded to seven digits, for the same text on
+every machine.
 """
 
 from __future__ import annotations
@@ -10,15 +11,33 @@ import itertools
 import json
 import math
 import re
+from collections import Counter
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
 from string import Template
 from textwrap import dedent
 
+from tauto_core.euler import (
+    axle_1780,
+    axle_edition,
+    fluid_1729,
+    fluid_edition,
+    trochlea_1727,
+    trochlea_edition,
+)
 from tauto_core.euler.edition import Claim, Edition, EulerFigure, Paragraph, plain, svg
 from tauto_core.euler.formulas import mathml
-from tauto_core.euler.page import EDITIONS, off_by, seven_digits, typeset, write_pages
+from tauto_core.files import OutputError, write_output
+
+EDITIONS: tuple[Edition, ...] = (
+    trochlea_edition.EDITION,
+    fluid_edition.EDITION,
+    axle_edition.EDITION,
+)
+"""The papers paragraph by paragraph."""
+SHOWN_ABOVE = 1e-9
+"""Smallest difference printed in digits. A smaller one is printed as a bound."""
 
 _HEAD = dedent("""\
     Written by <code>tauto euler --site</code>. Each paragraph is summarised in two sentences.
@@ -28,7 +47,7 @@ _HEAD = dedent("""\
     The figures are constructed from the text, with Euler’s letters.
     “Computed” is the same quantity, found independently by quadrature, by integrating the motion
     or by another closed form. Only scans, which were not compared, could show which faults of the
-    text are in the print.""")
+    text are in the print. Examples are in SI units unless a claim says otherwise.""")
 _VERDICTS = {
     'holds': 'holds',
     'corrected': 'holds once corrected',
@@ -38,9 +57,35 @@ _VERDICTS = {
 }
 
 
+def all_claims() -> list[Claim]:
+    """Return the claims of all papers, in the order of paper and paragraph."""
+    return [*trochlea_1727.claims(), *fluid_1729.claims(), *axle_1780.claims()]
+
+
+def summary(claims: Sequence[Claim]) -> str:
+    """Return the number of claims by verdict, and the limits of such a count."""
+    count = Counter(claim.verdict for claim in claims)
+    return (
+        f'{len(claims)} claims: {count["holds"]} hold as they stand, {count["corrected"]} once '
+        f'corrected, {count["fails"]} do not hold, {count["answered"]} is a question answered no; '
+        f'{count["added"]} are additions of Tauto and hold. The text is a transcription by '
+        'machine: which of its faults are in the print, only scans can tell, and none were '
+        'compared'
+    )
+
+
 def write_site(folder: Path, claims: Sequence[Claim]) -> None:
-    """Write a page for each paper into a folder, as `write_pages` does."""
-    write_pages(folder, ((f'{paper.file}.html', paper_page(paper, claims)) for paper in EDITIONS))
+    """Write a page for each paper into a folder, and replace existing files.
+
+    Raises:
+        OutputError: a page cannot be written.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OutputError(f'{folder}: {error.strerror}. Name another folder') from None
+    for paper in EDITIONS:
+        write_output(folder / f'{paper.file}.html', paper_page(paper, claims).encode())
 
 
 def paper_page(edition: Edition, claims: Sequence[Claim]) -> str:
@@ -58,6 +103,13 @@ def paper_page(edition: Edition, claims: Sequence[Claim]) -> str:
             if paper is edition
             else f'<a href="{paper.file}.html">{escape(paper.short)}</a>'
             for paper in EDITIONS
+        ),
+        verdicts=''.join(
+            f'<dt>{words} ({len(places)})</dt><dd>'
+            + ', '.join(f'<a href="#{place}">§{place}</a>' for place in dict.fromkeys(places))
+            + '</dd>'
+            for verdict, words in _VERDICTS.items()
+            if (places := [p for p, has in checked.items() for c in has if c.verdict == verdict])
         ),
         facts=''.join(
             f'<dt>{escape(name)}</dt><dd>'
@@ -174,3 +226,22 @@ def _latin(text: str) -> str:
 
 def _id(figure: EulerFigure) -> str:
     return 'figure-' + ''.join(letter if letter.isalnum() else '-' for letter in figure.name)
+
+
+def off_by(claim: Claim) -> str:
+    """Return a difference as text, or its bound if it is below `SHOWN_ABOVE`."""
+    if math.isinf(claim.difference):
+        return '—'
+    if claim.difference <= SHOWN_ABOVE:
+        return f'< {min(claim.tolerance, SHOWN_ABOVE):.0e}' if claim.tolerance else '0'
+    return f'{claim.difference:.1e}'
+
+
+def seven_digits(value: float) -> str:
+    """Return a value in seven digits."""
+    return typeset(f'{value:.7g}')
+
+
+def typeset(text: str) -> str:
+    """Return text with minus signs for the hyphens of negative numbers, but not of powers."""
+    return re.sub(r'(?<!e)-(?=\d)', '−', text)
