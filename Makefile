@@ -4,14 +4,13 @@ SHELL := /bin/bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DELETE_ON_ERROR:
 .DEFAULT_GOAL := help
-.PHONY: help sail graph test lint coverage docs wheels bench trial stress soak fuzz clean docs-version setup setup-dev environment FORCE
+.PHONY: help sail graph test lint coverage docs wheels bench trial stress soak clean docs-version setup setup-dev environment FORCE
 
 SCENE ?= measured
 PASSAGE ?= portsmouth_jamaica
 SPEED ?= 60
 JOBS ?= 2
 MINUTES ?= 60
-COUNT ?= 1000000
 LOGS ?= ../shared/data/logbooks/logbooks.csv.gz
 TRIAL ?=
 BENCH ?= --budget 1.2
@@ -42,7 +41,7 @@ endif
 
 help:  ## list the targets
 	@sed -n 's/^\([a-z-]*\):.*  ## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
-	@echo 'Variables: SCENE=$(SCENE) PASSAGE=$(PASSAGE) SPEED=$(SPEED) (or max) JOBS=$(JOBS) BENCH="$(BENCH)" LOGS=$(LOGS) MINUTES=$(MINUTES) COUNT=$(COUNT) VERSIONS=$(VERSIONS) PYTHON=...'
+	@echo 'Variables: SCENE=$(SCENE) PASSAGE=$(PASSAGE) SPEED=$(SPEED) (or max) JOBS=$(JOBS) BENCH="$(BENCH)" LOGS=$(LOGS) MINUTES=$(MINUTES) VERSIONS=$(VERSIONS) PYTHON=...'
 
 sail: graph  ## ten minutes at sea as a ROS 2 graph, then the passage to Jamaica offline
 	$(TAUTO) sail $(PASSAGE) $(COARSER)
@@ -114,13 +113,9 @@ stress: setup-dev  ## numerical stability, 1e8 oscillations among it; fails if a
 	.venv/bin/python benchmarks/stress.py
 	TAUTO_GARBAGE=10000 .venv/bin/python -m pytest tests/nodes/live/test_nodes_faults.py -k garbage
 	.venv/bin/python -m pytest tests/core/plots/test_solids.py
-	.venv/bin/python benchmarks/graph_freeze.py
 
 soak: setup  ## a voyage of MINUTES=60 flat out: memory flat, nothing lost, the bag whole
 	.venv/bin/python benchmarks/soak.py --minutes $(MINUTES)
-
-fuzz: setup  ## COUNT=1000000 mutated bags, scenes, logs, messages, lines: refused or read
-	.venv/bin/python benchmarks/fuzz.py --count $(COUNT)
 
 clean:  ## remove bags/out, dist, site, colcon's folders and caches; .venv stays
 	rm -rf bags/out coverage.xml dist docs/{cli,parameters,scenes,topics}.md docs/demo.html \

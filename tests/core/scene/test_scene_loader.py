@@ -184,7 +184,6 @@ def paths(content: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
     return [found for key, value in inner for found in [(*path, key), *paths(value, (*path, key))]]
 
 
-# `make fuzz` tries a million
 @settings(max_examples=80, deadline=None)
 @given(st.data())
 def test_a_spoilt_scene_is_a_scene_or_refused(data: st.DataObject) -> None:
