@@ -174,7 +174,7 @@ HOSTILE = {
     'aliases': 'a: &a [x, x]\n' + TENFOLD + 'custom_data: {cut_short: *h}\n',
     'depth': 'custom_data: ' + '[' * 500 + ']' * 500,
     'digits': 'message_count: ' + '9' * 5000,
-    'values': 'custom_data: [' + '1,' * 200_000 + ']',
+    'values': 'custom_data: [' + '1,' * 100_001 + ']',
     'tag': 'custom_data: !!python/object/apply:os.system ["true"]',
     'binary': 'custom_data: !!binary "%%%"',
     'a mapping as a key': '? {a: 1}\n: 2',

@@ -21,7 +21,6 @@ from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import Reader
 
-from tauto_core import files
 from tauto_core import samples as s
 from tauto_core.bags import TOPICS, BagWriter, check_bag, encode, offered_qos, read_bag
 from tauto_core.scene.errors import BagError, BagPlaceError, TautoWarning
@@ -282,86 +281,48 @@ KILLED = """
     import os, signal, sys
     from pathlib import Path
     from bags_examples import all_batches
-    from tauto_core import files as whole_file
     from tauto_core.bags import BagWriter
 
     def kill(*_):
         os.kill(os.getpid(), signal.SIGKILL)
 
-    exchange, rename, renames = whole_file._exchange, os.rename, []
+    rename, renames = os.rename, []
 
-    def exchanged(*names):
-        assert exchange(*names)
-        kill()
-
-    def second(*names):
+    def counted(*names):
         renames.append(names)
-        kill() if len(renames) == 2 else rename(*names)
+        kill() if len(renames) == int(sys.argv[2]) else rename(*names)
 
-    match sys.argv[2]:
-        case 'writing':
-            BagWriter._finish = kill
-        case 'before':
-            whole_file._exchange = kill
-        case 'after':
-            whole_file._exchange = exchanged
-        case 'between':
-            whole_file._exchange, os.rename = lambda *_: False, second
+    os.rename = counted
     with BagWriter(Path(sys.argv[1]), force=True) as writer:
         writer.write(all_batches(3))
 """
 
 
-def killed(folder: Path, moment: str) -> None:
+@pytest.mark.parametrize('rename', [1, 2])
+def test_a_kill_at_any_rename_leaves_both_bags_whole(tmp_path: Path, rename: int) -> None:
+    folder = write(tmp_path / 'voyage', all_batches(2))
     done = subprocess.run(
-        [sys.executable, '-c', textwrap.dedent(KILLED), folder, moment],
+        [sys.executable, '-c', textwrap.dedent(KILLED), folder, str(rename)],
         cwd=Path(__file__).parent,
         check=False,
         timeout=300,
     )
     assert done.returncode == -signal.SIGKILL
-
-
-@pytest.mark.parametrize(('moment', 'held'), [('writing', 2), ('before', 2), ('after', 3)])
-def test_a_kill_leaves_a_whole_bag_in_its_place(tmp_path: Path, moment: str, held: int) -> None:
-    folder = write(tmp_path / 'voyage', all_batches(2))
-    killed(folder, moment)
-    assert check_bag(folder).whole
-    assert read_bag(folder).counts['/ship/imu'] == held
+    old = folder if rename == 1 else tmp_path / 'voyage.replaced'
+    for bag, held in ((old, 2), (tmp_path / 'voyage.partial', 3)):
+        assert check_bag(bag).whole
+        assert read_bag(bag).counts['/ship/imu'] == held
+    if rename == 2:
+        old.rename(folder)
     with pytest.warns(TautoWarning, match=r'voyage\.partial: was left'):
         write(folder, all_batches(4), force=True)
-    assert read_bag(folder).counts['/ship/imu'] == 4
     assert [entry.name for entry in tmp_path.iterdir()] == ['voyage']
 
 
-@pytest.mark.parametrize('force', [False, True])
-def test_a_kill_between_two_renames_is_mended_by_the_next_writer(
-    tmp_path: Path, force: bool
-) -> None:
-    folder = write(tmp_path / 'voyage', all_batches(2))
-    killed(folder, 'between')
-    assert not folder.exists()
-    put_back = pytest.warns(TautoWarning, match='old bag is put back, the new one is in')
-    if force:
-        with put_back, pytest.warns(TautoWarning, match=r'voyage\.partial: was left'):
-            write(folder, all_batches(4), force=True)
-    else:
-        with put_back, pytest.raises(BagPlaceError, match='exists already'):
-            BagWriter(folder)
-    assert check_bag(folder).whole
-    assert read_bag(folder).counts['/ship/imu'] == (4 if force else 2)
-    assert force != (tmp_path / 'voyage.partial').exists()
-    assert not (tmp_path / 'voyage.replaced').exists()
-
-
-def test_a_file_system_that_cannot_exchange_gets_two_renames(
+def test_a_rename_that_fails_leaves_the_old_bag_in_its_place(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    folder = write(tmp_path / 'voyage', all_batches(2))
-    monkeypatch.setattr(files, '_exchange', lambda *_: False)
-    write(folder, all_batches(3), force=True)
-    assert read_bag(folder).counts['/ship/imu'] == 3
-    assert [entry.name for entry in tmp_path.iterdir()] == ['voyage']
+    folder = write(tmp_path / 'voyage', all_batches(3))
     rename, names = os.rename, []
 
     def fails_once(old: Path, new: Path) -> None:

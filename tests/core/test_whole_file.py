@@ -158,7 +158,6 @@ def failing_at(number: int, code: int) -> Iterator[list[str]]:
     with pytest.MonkeyPatch.context() as patch:
         for name in ('open', 'fsync', 'replace', 'rename', 'mkdir', 'unlink', 'rmdir'):
             patch.setattr(os, name, faulty(name, getattr(os, name)))
-        patch.setattr(files, '_exchange', faulty('exchange', files._exchange))
         methods = {name: faulty(name, getattr(FileIO, name)) for name in ('write', 'truncate')}
         patch.setattr(bags_write, 'FileIO', type('Faulty', (FileIO,), methods))
         yield calls
@@ -196,7 +195,9 @@ def test_a_fault_of_the_disk_at_any_call_leaves_the_old_result(
                 ended = 'new'
             except TautoError:
                 ended = 'old'
-        assert held(place) == ended, calls[number - 1]
+        # a file is in its place when only its folder could not be synced
+        is_replaced = write is write_text and 'replace' in calls[: number - 1]
+        assert held(place) == ('new' if is_replaced else ended), calls[number - 1]
         write(place, 'next')
         assert held(place) == 'next'
         assert not list(place.parent.glob(files.DRAFTS))
@@ -272,16 +273,3 @@ def test_a_folder_that_may_not_be_written_is_refused_at_once(
     monkeypatch.setattr(os, 'access', lambda place, _mode: place != tmp_path)
     with pytest.raises(UsageError, match=r'out=.* cannot be written'):
         check_place(tmp_path / 'file', 'out')
-
-
-@pytest.mark.skipif(sys.platform != 'linux', reason='only Linux exchanges two names in one step')
-def test_relative_folders_are_exchanged_in_one_step(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    for name in ('old', 'new'):
-        Path(name).mkdir()
-        Path(name, name).touch()
-    assert files._exchange(Path('old'), Path('new'))
-    assert [each.name for each in Path('old').iterdir()] == ['new']
-    assert [each.name for each in Path('new').iterdir()] == ['old']

@@ -906,7 +906,7 @@ def check_bag(bag: File) -> BagReport:
     return bags.check_bag(path('bag', bag))
 
 
-def recover_bag(bag: File, out: File | None = None, keep_corrupt: bool = False) -> Recovered:
+def recover_bag(bag: File, out: File | None = None) -> Recovered:
     """Write the readable part of a damaged bag as a new bag.
 
     The old bag is not changed. The metadata of the new bag state which messages were lost.
@@ -914,8 +914,6 @@ def recover_bag(bag: File, out: File | None = None, keep_corrupt: bool = False) 
     Args:
         bag: a rosbag2 folder or an .mcap file.
         out: folder of the new bag, which must not exist. Default: BAG_recovered.
-        keep_corrupt: keep the messages of a chunk of the right size with a wrong checksum. The
-            metadata state which they are.
 
     Returns:
         The new bag's `path`, `counts` of messages by topic, and descriptions of losses (`lost`).
@@ -925,9 +923,7 @@ def recover_bag(bag: File, out: File | None = None, keep_corrupt: bool = False) 
     """
     from tauto_core import bags
 
-    return bags.recover_bag(
-        path('bag', bag), None if out is None else path('out', out), keep_corrupt=keep_corrupt
-    )
+    return bags.recover_bag(path('bag', bag), None if out is None else path('out', out))
 
 
 def compare(

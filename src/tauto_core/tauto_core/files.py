@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 import errno
 import fcntl
 import os
@@ -26,9 +25,6 @@ if TYPE_CHECKING:
 DRAFTS = '.tauto-*.draft'
 """Names of files being written. Their process locks them; unlocked files are left from a kill."""
 
-_AT_FDCWD = -100
-_RENAME_EXCHANGE = 2
-
 
 def check_place(path: Path, argument: str) -> None:
     """Raise UsageError, with the name of the argument, if no file can be written at a path."""
@@ -43,10 +39,11 @@ def check_place(path: Path, argument: str) -> None:
 
 
 def write_whole(path: Path, content: bytes) -> None:
-    """Write or replace a file; after a failure, even a power cut, the old file is still there.
+    """Write or replace a file in one step; a power cut leaves the old file or the new one.
 
     Links are followed. A file that is not regular (`/dev/stdout`) receives the content directly.
-    Drafts of killed processes in the folder are removed. A failure is an OSError.
+    Drafts of killed processes in the folder are removed. A failure is an OSError: the old file is
+    still there, unless only the folder could not be synced.
     """
     if path.exists() and not path.is_file():
         path.write_bytes(content)
@@ -57,7 +54,7 @@ def write_whole(path: Path, content: bytes) -> None:
     for draft_left in place.parent.glob(DRAFTS):
         with suppress(OSError), one_writer(draft_left, make=False):
             pass
-    handle, was_there = -1, place.is_file()
+    handle = -1
     while handle < 0 or not os.fstat(handle).st_nlink:  # another process took it for a stale one
         handle = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o666)
         with suppress(OSError):  # some network file systems lock no files
@@ -67,17 +64,8 @@ def write_whole(path: Path, content: bytes) -> None:
             file.write(content)
             file.flush()
             os.fsync(handle)
-            is_aside = was_there and _exchange(draft, place)
-            if not is_aside:
-                draft.replace(place)
-        try:
-            sync_folder(place.parent)
-        except OSError:
-            if is_aside:
-                _exchange(draft, place)
-            elif not was_there:
-                place.unlink()
-            raise
+            draft.replace(place)
+        sync_folder(place.parent)
     finally:
         with suppress(OSError):
             draft.unlink()
@@ -127,50 +115,6 @@ def one_writer(lock: Path, *, make: bool = True) -> Iterator[None]:
         with suppress(OSError):
             lock.unlink()
         os.close(handle)
-
-
-def put_in_place(new: Path, place: Path, aside: Path) -> Path:
-    """Replace the folder `place` by `new`, and return the path of the old folder.
-
-    Linux exchanges the two names in one step. On other systems the old folder is first renamed to
-    `aside`, and after a kill the next process finds it there. `new` is complete, on the disk, and
-    in the same folder. An OSError leaves both folders in place.
-    """
-    is_aside = not _exchange(new, place)
-    if is_aside:
-        os.rename(place, aside)
-        try:
-            os.rename(new, place)
-        except OSError:
-            os.rename(aside, place)
-            raise
-    try:
-        sync_folder(place.parent)
-    except OSError:
-        if is_aside:
-            os.rename(place, new)
-            os.rename(aside, place)
-        else:
-            _exchange(new, place)
-        raise
-    return aside if is_aside else new
-
-
-def _exchange(a: Path, b: Path) -> bool:
-    """Exchange two names in one step; False if this system or file system cannot."""
-    # renameat2(2) of the C library, missing on macOS and old glibc
-    renameat2 = getattr(ctypes.CDLL(None, use_errno=True), 'renameat2', None)
-    if renameat2 is None:
-        return False
-    path = ctypes.c_char_p
-    renameat2.argtypes = [ctypes.c_int, path, ctypes.c_int, path, ctypes.c_uint]
-    names = os.fsencode(a), os.fsencode(b)
-    if renameat2(_AT_FDCWD, names[0], _AT_FDCWD, names[1], _RENAME_EXCHANGE) == 0:
-        return True
-    code = ctypes.get_errno()
-    if code in (errno.EINVAL, errno.ENOSYS, errno.ENOTSUP):
-        return False
-    raise OSError(code, os.strerror(code), str(a), None, str(b))
 
 
 # -----------------------------------------------------------------------------

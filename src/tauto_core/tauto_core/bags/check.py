@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import json
 import struct
-from collections.abc import Iterator, Mapping
+from collections import defaultdict
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tauto_core.bags.codec import decode_as
 from tauto_core.bags.read import (
-    ENTRY,
-    INDEX_HEAD,
     LATEST_NS,
+    MESSAGE,
+    MESSAGE_HEAD,
     METADATA,
     RECORD,
     Bag,
@@ -25,6 +26,7 @@ from tauto_core.bags.read import (
     by_number,
     find_files,
     open_mcap,
+    records_in,
 )
 from tauto_core.bags.table import MESSAGE_TYPES
 from tauto_core.bags.write import (
@@ -35,18 +37,21 @@ from tauto_core.bags.write import (
     check_folder,
     definition_of,
 )
-from tauto_core.files import LARGEST_YAML, YamlError, read_yaml
+from tauto_core.files import LARGEST_YAML, YamlError, decompressed, read_yaml
 from tauto_core.samples import SCENE
 from tauto_core.scene.errors import Argument, ArgumentText, BagError, BagPlaceError
 from tauto_core.scene.tables import read_data
+
+if TYPE_CHECKING:
+    from mcap.records import Chunk
 
 # Messages of a topic that are held before they are decoded.
 _PART = 10_000
 # Holes that are listed one by one.
 _MOST_HOLES = 1_000
 HOLES = 'holes'
-"""Metadata of a recovered bag: lists of topic, number of messages, log times of the first and the
-last [ns], and whether they were kept with a wrong checksum (the others are lost).
+"""Metadata of a recovered bag: lists of topic, number of lost messages, and the log times of the
+first and the last [ns].
 """
 
 
@@ -108,10 +113,10 @@ def holes_in(custom: Mapping[str, Any]) -> list[Hole]:
     """Return the holes that metadata list, or one of unknown size if they are not a list."""
     try:
         listed = [
-            Hole(str(topic), int(number), int(from_ns), int(to_ns), bool(corrupt))
-            for topic, number, from_ns, to_ns, corrupt in json.loads(custom.get(HOLES, '[]'))
+            Hole(str(topic), int(number), int(from_ns), int(to_ns))
+            for topic, number, from_ns, to_ns in json.loads(custom.get(HOLES, '[]'))
         ]
-        if all(0 <= number <= LATEST_NS for hole in listed for number in hole[1:4]):
+        if all(0 <= number <= LATEST_NS for hole in listed for number in hole[1:]):
             return joined(listed)
     except (ValueError, TypeError, OverflowError, RecursionError):
         pass
@@ -126,23 +131,11 @@ def joined(holes: list[Hole]) -> list[Hole]:
     return holes
 
 
-def check_bag(path: Path, *, keep_corrupt: bool = False) -> BagReport:
+def check_bag(path: Path) -> BagReport:
     """Read all of a bag and return its faults.
 
-    With `keep_corrupt` the messages of a chunk with a wrong checksum are read as well. A missing
-    bag is a BagPlaceError, a bag without MCAP files a BagError.
+    A missing bag is a BagPlaceError, a bag without MCAP files a BagError.
     """
-    report = survey(path, keep_corrupt=keep_corrupt)
-    for file in report.bag.files:
-        _check_file(report, file)
-    _check_metadata(report)
-    if report.bag.files:
-        _check_content(report)
-    return report
-
-
-def survey(path: Path, *, keep_corrupt: bool = False) -> BagReport:
-    """Read all files of a bag, without its indices and metadata, and note damage."""
     damage: list[str] = []
     refusals: list[BagError] = []
     files: list[McapFile] = []
@@ -157,7 +150,7 @@ def survey(path: Path, *, keep_corrupt: bool = False) -> BagReport:
         damage.append(str(error))
     for file in paths:
         try:
-            files.append(open_mcap(file, walk=True, keep_corrupt=keep_corrupt))
+            files.append(open_mcap(file, walk=True))
         except BagError as error:
             refusals.append(error)
     if not files:
@@ -168,6 +161,10 @@ def survey(path: Path, *, keep_corrupt: bool = False) -> BagReport:
     for walked in files:
         report.damage += walked.warnings
         report.damage += [f'{walked.path}: {hole}' for hole in joined(walked.holes)]
+    for walked in files:
+        _check_file(report, walked)
+    _check_metadata(report)
+    _check_content(report)
     return report
 
 
@@ -203,9 +200,10 @@ def _information_beside(metadata: Path) -> dict[str, Any]:
 def _check_file(report: BagReport, walked: McapFile) -> None:
     """Compare a file's index with its content, and let the mcap library read it."""
     from mcap.exceptions import McapError
+    from mcap.records import Chunk, MessageIndex
     from mcap.stream_reader import StreamReader
 
-    opened = open_mcap(walked.path, keep_corrupt=walked.keep_corrupt)
+    opened = open_mcap(walked.path)
     report.damage += [warning for warning in opened.warnings if warning not in report.damage]
     if not opened.indexed:
         if not (walked.warnings or opened.warnings):
@@ -218,24 +216,38 @@ def _check_file(report: BagReport, walked: McapFile) -> None:
         for what, names in _contents(opened).items()
         if names != contents[what]
     ]
-    with walked.path.open('rb') as stream:
-        wrong = sum(_wrong_entries(stream, walked, opened))
-        if wrong:
-            report.damage.append(
-                f'{walked.path}: {wrong} entries of its message indices point at no such message'
-            )
-        # the library reads as other programs do, independently of `McapFile`
-        stream.seek(0)
-        try:
+    wrong = 0
+    try:
+        with walked.path.open('rb') as stream:
+            # the library reads as other programs do, independently of `McapFile`
             limit = walked.path.stat().st_size  # of a record: more would be allocated
             reader = StreamReader(
                 stream, emit_chunks=True, validate_crcs=True, record_size_limit=limit
             )
-            for _ in reader.records:
-                pass
-        except (McapError, ValueError, struct.error, EOFError, MemoryError) as error:
-            if not walked.warnings:
-                report.damage.append(f'{walked.path}: the mcap library refuses it ({error})')
+            places: dict[int, set[tuple[int, int]]] = {}
+            for record in reader.records:
+                if isinstance(record, Chunk):
+                    places = _places(record)
+                elif isinstance(record, MessageIndex):
+                    wrong += len(places.get(record.channel_id, set()) ^ set(record.records))
+    except (McapError, ValueError, struct.error, EOFError, MemoryError) as error:
+        if not walked.warnings:
+            report.damage.append(f'{walked.path}: the mcap library refuses it ({error})')
+    if wrong and not walked.warnings:
+        report.damage.append(
+            f'{walked.path}: {wrong} entries of its message indices point at no such message'
+        )
+
+
+def _places(chunk: Chunk) -> dict[int, set[tuple[int, int]]]:
+    """Return log time [ns] and offset of each message of a chunk, by channel."""
+    places: dict[int, set[tuple[int, int]]] = defaultdict(set)
+    octets = decompressed(chunk.compression, chunk.data, chunk.uncompressed_size)
+    for opcode, begin, end in records_in(octets):
+        if opcode == MESSAGE and end - begin >= MESSAGE_HEAD.size:
+            channel, _, stamp_ns, _ = MESSAGE_HEAD.unpack_from(octets, begin)
+            places[channel].add((stamp_ns, begin - RECORD.size))
+    return places
 
 
 def _contents(file: McapFile) -> dict[str, object]:
@@ -250,29 +262,6 @@ def _contents(file: McapFile) -> dict[str, object]:
         'topics': {channel: topics.get(channel) for channel in +file.counts},
         'chunks': {span[:4] for span in file.spans if span.chunk},
     }
-
-
-def _wrong_entries(stream: BinaryIO, walked: McapFile, opened: McapFile) -> Iterator[int]:
-    """Yield the number of wrong entries of each message index of the file."""
-    spans = {span.offset: span for span in walked.spans}
-    for index in opened.spans:
-        span = spans.get(index.offset)
-        if span is None:
-            continue
-        places = walked.places(span, stream)
-        for channel, at in index.indices:
-            stream.seek(at)
-            head = stream.read(RECORD.size + INDEX_HEAD.size)
-            if len(head) < RECORD.size + INDEX_HEAD.size:
-                yield 1
-                continue
-            (opcode, _), (owner, size) = RECORD.unpack_from(head), INDEX_HEAD.unpack_from(head, 9)
-            body = stream.read(min(size, span.length + (1 << 20)))
-            if (opcode, owner) != (0x07, channel) or len(body) != size or size % ENTRY.size:
-                yield 1
-                continue
-            entries = {(stamp_ns, place) for stamp_ns, place in ENTRY.iter_unpack(body)}
-            yield len(entries ^ places.get(channel, set()))
 
 
 def _check_metadata(report: BagReport) -> None:
@@ -422,20 +411,19 @@ class Recovered:
     missing: int
 
 
-def recover_bag(path: Path, out: Path | None = None, *, keep_corrupt: bool = False) -> Recovered:
+def recover_bag(path: Path, out: Path | None = None) -> Recovered:
     """Write a new bag with every message that can be read, as it was recorded.
 
     The original, a folder or an .mcap file, is only read. Messages keep their bytes, order, log
     and publish times and sequence numbers. A split bag becomes one file. The new bag is marked
     `cut_short` unless the recording is known to have ended normally, and lists the lost messages
-    (`holes`). With `keep_corrupt` the messages of a chunk of the right size and a wrong checksum
-    are kept, and listed there, too. Without `out` it has the old name and `_recovered`.
+    (`holes`). Without `out` it has the old name and `_recovered`.
 
     Raises:
         BagPlaceError: there is no bag, or `out` exists or is in the bag itself.
         BagError: the bag is not damaged, no message can be read, or the file system refuses.
     """
-    report = check_bag(path, keep_corrupt=keep_corrupt)
+    report = check_bag(path)
     if not report.damage:
         raise BagError(
             f'{path}: its files are whole and need no recovery'

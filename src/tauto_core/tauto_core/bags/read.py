@@ -63,11 +63,10 @@ class RecordedMessage(NamedTuple):
     payload: bytes
 
 
-def chunk_records(record: bytes, *, keep_corrupt: bool = False) -> tuple[bytes, bool]:
-    """Return the records of a chunk, and whether they have its checksum.
+def chunk_records(record: bytes) -> bytes:
+    """Return the records of a chunk: of a cut uncompressed one, those before the cut.
 
-    An uncompressed chunk has the records before its cut. The ValueError names the damaged part,
-    which may be the checksum, unless `keep_corrupt`.
+    The ValueError names the damaged part.
     """
     try:
         opcode, _ = RECORD.unpack_from(record)
@@ -82,16 +81,15 @@ def chunk_records(record: bytes, *, keep_corrupt: bool = False) -> tuple[bytes, 
     begin += name_length + 8
     body = record[begin : begin + length]
     if compression == '' and len(body) < length:
-        return body, True
+        return body
     if len(body) < length:
         raise ValueError(f'{len(body)} of {length} bytes')
     octets = decompressed(compression, body, size)
     if len(octets) != size:
         raise ValueError(f'it becomes {len(octets)} bytes and states {size}')
-    has_checksum = crc in (0, zlib.crc32(octets))
-    if not (has_checksum or keep_corrupt):
+    if crc not in (0, zlib.crc32(octets)):
         raise ValueError('wrong checksum')
-    return octets, has_checksum
+    return octets
 
 
 def records_in(octets: bytes) -> Iterator[tuple[int, int, int]]:
@@ -155,7 +153,7 @@ class Channel(NamedTuple):
 
 
 class Hole(NamedTuple):
-    """Messages of a topic that are lost, or kept (`corrupt`) in spite of a wrong checksum.
+    """Messages of a topic that are lost.
 
     Their `number` and topic are 0 and empty if unknown. The log times of the first and the last,
     or of their neighbours, are in ns.
@@ -165,22 +163,17 @@ class Hole(NamedTuple):
     number: int
     from_ns: int
     to_ns: int
-    corrupt: bool = False
 
     def __str__(self) -> str:
         return (
-            (f'{self.number:,} messages of {self.topic}' if self.topic else 'messages')
-            + (' have a wrong checksum' if self.corrupt else ' are lost')
-            + f', from {self.from_ns * 1e-9:.9g} s to {self.to_ns * 1e-9:.9g} s'
-        )
+            f'{self.number:,} messages of {self.topic}' if self.topic else 'messages'
+        ) + f' are lost, from {self.from_ns * 1e-9:.9g} s to {self.to_ns * 1e-9:.9g} s'
 
 
 class Span(NamedTuple):
     """Consecutive records: one chunk, or messages outside of chunks.
 
-    Attributes:
-        channels: channels of its messages, `None` if unknown.
-        indices: offsets of their message indices by the file's index.
+    The `channels` of its messages are `None` if unknown.
     """
 
     offset: int
@@ -189,7 +182,6 @@ class Span(NamedTuple):
     end_ns: int
     channels: frozenset[int] | None
     chunk: bool
-    indices: tuple[tuple[int, int], ...] = ()
 
 
 @dataclass
@@ -201,7 +193,6 @@ class McapFile:
         indexed: whether a valid and complete index listed the contents.
         ended: whether the writer closed the data section.
         description: the rosbag2 metadata that the file repeats, as YAML.
-        keep_corrupt: whether chunks with a wrong checksum are read.
         holes: the messages of damaged chunks, if all of the file was read.
     """
 
@@ -213,7 +204,6 @@ class McapFile:
     indexed: bool = False
     ended: bool = True
     description: str = ''
-    keep_corrupt: bool = False
     holes: list[Hole] = field(default_factory=list)
     _octets_of: tuple[int, bytes] = field(default=(-1, b''), repr=False, compare=False)
     """Offset and records of the span that was read last: the chunk with the scene, with which the
@@ -229,16 +219,6 @@ class McapFile:
         """
         yield from messages_in(self._octets(span, stream), channels)
 
-    def places(self, span: Span, stream: BinaryIO) -> dict[int, set[tuple[int, int]]]:
-        """Return stamp [ns] and offset of each message among the records of a span, by channel."""
-        places: dict[int, set[tuple[int, int]]] = defaultdict(set)
-        octets = self._octets(span, stream)
-        for opcode, begin, end in records_in(octets):
-            if opcode == MESSAGE and end - begin >= MESSAGE_HEAD.size:
-                channel, _, stamp_ns, _ = MESSAGE_HEAD.unpack_from(octets, begin)
-                places[channel].add((stamp_ns, begin - RECORD.size))
-        return places
-
     def _octets(self, span: Span, stream: BinaryIO) -> bytes:
         """Return the records of a span. A damaged chunk is empty, and causes a warning."""
         offset, octets = self._octets_of
@@ -248,7 +228,7 @@ class McapFile:
             stream.seek(span.offset)
             octets = stream.read(min(span.length, LARGEST_PART))
             if span.chunk:
-                octets, _ = chunk_records(octets, keep_corrupt=self.keep_corrupt)
+                octets = chunk_records(octets)
         except (ValueError, OSError) as error:
             self.warn(f'the chunk at byte {span.offset} is damaged ({error}): it was left out')
             octets = b''
@@ -262,14 +242,13 @@ class McapFile:
             self.warnings.append(warning)
 
 
-def open_mcap(path: Path, *, walk: bool = False, keep_corrupt: bool = False) -> McapFile:
+def open_mcap(path: Path, *, walk: bool = False) -> McapFile:
     """Return the content of an MCAP file, from its index, or from all of it without one.
 
-    With `walk` all of it is read, even if it has an index. With `keep_corrupt` the messages of a
-    chunk with a wrong checksum are read as well. A file that cannot be opened or is not MCAP is a
-    BagError.
+    With `walk` all of it is read, even if it has an index. A file that cannot be opened or is not
+    MCAP is a BagError.
     """
-    file = McapFile(path, keep_corrupt=keep_corrupt)
+    file = McapFile(path)
     try:
         if not path.is_file() and path.exists():  # to open a pipe may block for ever
             raise BagError(f'{path} is not a regular file. Name a rosbag2 folder or an .mcap file')
@@ -338,8 +317,7 @@ def _read_index(file: McapFile, stream: BinaryIO) -> bool:
                 chunk.message_start_time,
                 chunk.message_end_time,
                 frozenset(places) or None,
-                True,
-                tuple(places.items()),
+                chunk=True,
             )
         )
     file.channels, file.counts, file.spans = channels, Counter(counts), spans
@@ -441,10 +419,11 @@ def _walk_chunk(
     stream.seek(at)
     record = stream.read(min(end - at, LARGEST_PART))
     cut = len(record) < RECORD.size + RECORD.unpack_from(record)[1]
-    octets, has_checksum = b'', False
+    octets, is_damaged = b'', False
     try:
-        octets, has_checksum = chunk_records(record, keep_corrupt=file.keep_corrupt)
+        octets = chunk_records(record)
     except ValueError as error:
+        is_damaged = True
         file.warn(f'the chunk at byte {at} is damaged ({error}): it was left out')
     stop, heads = 0, []
     for opcode, start, stop in records_in(octets):
@@ -461,9 +440,9 @@ def _walk_chunk(
         file.spans.append(
             Span(at, end - at, min(stamps), max(stamps), frozenset(channels), chunk=True)
         )
-    if not (has_checksum or cut):
+    if is_damaged and not cut:
         stream.seek(end)
-        file.holes += _indexed(file, stream.read(16 * len(record)), entry, bool(octets))
+        file.holes += _indexed(file, stream.read(16 * len(record)), entry)
     elif len(octets) > stop and not cut:
         file.warn(
             f'the last {len(octets) - stop} bytes of the chunk at byte {at} are not a record'
@@ -491,7 +470,7 @@ def _add_message(file: McapFile, span: Span, channel: int) -> None:
         file.spans.append(span)
 
 
-def _indexed(file: McapFile, octets: bytes, entry: Span | None, corrupt: bool) -> list[Hole]:
+def _indexed(file: McapFile, octets: bytes, entry: Span | None) -> list[Hole]:
     """Return the content of a damaged chunk, by the message indices that follow it.
 
     Without one, by its entry in the file's index, or by the message before it.
@@ -505,11 +484,11 @@ def _indexed(file: McapFile, octets: bytes, entry: Span | None, corrupt: bool) -
         stamps = [stamp_ns for stamp_ns, _ in entries]
         if stamps and channel in file.channels:
             topic = file.channels[channel].topic
-            holes.append(Hole(topic, len(stamps), min(stamps), max(stamps), corrupt))
+            holes.append(Hole(topic, len(stamps), min(stamps), max(stamps)))
     span = entry or (
         file.spans[-1]._replace(start_ns=file.spans[-1].end_ns) if file.spans else None
     )
-    return holes or [Hole('', 0, *(span[2:4] if span else (0, 0)), corrupt)]
+    return holes or [Hole('', 0, *(span[2:4] if span else (0, 0)))]
 
 
 def _register(file: McapFile, schemas: dict[int, Schema], opcode: int, body: bytes) -> None:

@@ -25,7 +25,7 @@ import numpy as np
 from tauto_core.bags.codec import encode
 from tauto_core.bags.read import MAGIC, MESSAGE, MESSAGE_HEAD, METADATA, Channel, RecordedMessage
 from tauto_core.bags.table import TOPICS, Topic, offered_qos
-from tauto_core.files import DRAFTS, one_writer, put_in_place, sync_folder, write_whole
+from tauto_core.files import DRAFTS, one_writer, sync_folder, write_whole
 from tauto_core.samples import SCENE, Batches, count
 from tauto_core.scene.errors import Argument, BagError, BagPlaceError, TautoWarning
 from tauto_core.version import identity
@@ -386,7 +386,7 @@ _METADATA_VERSION = 9  # of Jazzy's rosbag2
 BUDGET = 'budget.json'
 """File in the bag's folder with the budget of the voyage's rate. It goes when the bag is replaced.
 """
-_OF_A_BAG = (METADATA, f'{METADATA}.tmp', '*.mcap', DRAFTS, BUDGET)  # .tmp: of Tauto 0.2.0
+_OF_A_BAG = (METADATA, '*.mcap', DRAFTS, BUDGET)
 _EMPTY_START_NS = 2**63 - 1  # as rosbag2 writes it of a bag without messages
 _SEQUENCE_MASK = 2**32 - 1  # the field has 32 bits
 
@@ -394,14 +394,10 @@ _SEQUENCE_MASK = 2**32 - 1  # the field has 32 bits
 def check_folder(folder: Path, *, force: bool = False) -> None:
     """Refuse a folder to which a bag may not be written (BagPlaceError).
 
-    It exists without `force`, it holds anything but one bag, or another process is writing it. An
-    old bag that a killed process left aside is put back first.
+    It exists without `force`, it holds anything but one bag, or another process is writing it.
     """
     folder = _real(folder)
     try:
-        if _left_aside(folder):
-            with _one_writer(folder):
-                _put_back(folder)
         with suppress(FileNotFoundError, NotADirectoryError), _one_writer(folder, make=False):
             pass
     except OSError as error:
@@ -459,32 +455,6 @@ def _one_writer(folder: Path, *, make: bool = True) -> Iterator[None]:
         yield
 
 
-def _left_aside(folder: Path) -> bool:
-    """Whether a process was killed after it had put the old bag aside, before the new one came."""
-    return not folder.exists() and (_sibling(folder, '.replaced') / METADATA).is_file()
-
-
-def _put_back(folder: Path) -> None:
-    if not _left_aside(folder):
-        return
-    old = _sibling(folder, '.replaced')
-    try:
-        old.rename(folder)
-        sync_folder(folder.parent)
-    except OSError as error:
-        raise BagError(
-            f'{folder}: a process that was to replace it was killed, and the old bag cannot be '
-            f'put back ({error.strerror}). It is whole in {old}. Rename it'
-        ) from error
-    new = _sibling(folder, '.partial')
-    warnings.warn(
-        f'{folder}: a process that was to replace it was killed. The old bag is put back'
-        + (f', the new one is in {new}' if new.exists() else ''),
-        TautoWarning,
-        stacklevel=2,
-    )
-
-
 def _sibling(folder: Path, suffix: str) -> Path:
     return folder.with_name(folder.name + suffix)
 
@@ -498,10 +468,10 @@ class BagWriter:
     clock.
 
     An existing bag is replaced only when the new one is complete and on the disk. Until then the
-    new one is the sibling `<name>.partial`. The two are exchanged in one step, or, if the system
-    cannot, by way of `<name>.replaced`. If an exception leaves the `with` block, the written part
-    is finished where it is (`path`), an old bag is not changed, and a note on the exception names
-    the path. No other process can write a bag to the same folder meanwhile.
+    new one is the sibling `<name>.partial`. Then the old one is renamed to `<name>.replaced`, the
+    new one takes its name, and the old one is removed. If an exception leaves the `with` block,
+    the written part is finished where it is (`path`), an old bag is not changed, and a note on the
+    exception names the path. No other process can write a bag to the same folder meanwhile.
 
     Args:
         folder: the bag's folder. Its parents are made.
@@ -543,7 +513,6 @@ class BagWriter:
             try:
                 self._folder.parent.mkdir(parents=True, exist_ok=True)
                 stack.enter_context(_one_writer(self._folder))
-                _put_back(self._folder)
                 _check_replaceable(self._folder, force=self._force)
                 self._replaces = self._folder.exists()
                 if self._replaces:
@@ -718,8 +687,14 @@ class BagWriter:
 
     def _swap(self) -> None:
         """Put the complete bag in the place of the old one."""
+        old = _sibling(self._folder, '.replaced')
         try:
-            old = put_in_place(self.path, self._folder, _sibling(self._folder, '.replaced'))
+            os.rename(self._folder, old)
+            try:
+                os.rename(self.path, self._folder)
+            except OSError:
+                os.rename(old, self._folder)
+                raise
         except OSError as error:
             raise BagError(
                 f'{self._folder} cannot be replaced ({error.strerror}). The new bag is whole in '
@@ -727,6 +702,7 @@ class BagWriter:
             ) from error
         self.path = self._folder
         try:
+            sync_folder(self.path.parent)
             shutil.rmtree(old)
         except OSError as error:
             warnings.warn(
