@@ -16,7 +16,6 @@ WELCOME = {
     'bokeh',
     'build123d',
     'capytaine',
-    'distributed',
     'ezdxf',
     'geographiclib',
     'llvmlite',

@@ -15,7 +15,6 @@ from trial_examples import CLOCK, HEADER, OTHER, clock, write_log
 
 from tauto_core.ensembles import trials
 from tauto_core.ensembles.trials import Choice, Rules, Sailing, Trial, TriedClock
-from tauto_core.ensembles.workers import WorkerPool
 from tauto_core.scene.loader import read_mapping, scene_yaml
 from tauto_core.ship.logbook import read_passages
 
@@ -81,7 +80,7 @@ def folder_of(path: Path, logs: str, monkeypatch: pytest.MonkeyPatch, *, sailed:
     monkeypatch.setattr(trials, 'sail_passage', ended)
     monkeypatch.setattr(Trial, 'check', lambda _: None)
     try:
-        trials.sail_trial(Trial(logs, Rules(clocks, 1, 14.0), passages), WorkerPool(1), path)
+        trials.sail_trial(Trial(logs, Rules(clocks, 1, 14.0), passages), 1, path)
     except KeyboardInterrupt:
         assert sailed < len(passages)
     return path

@@ -20,7 +20,6 @@ from matplotlib.figure import Figure
 from tauto_core.ensembles.answers import ERRORS, shares_within, sizes_nmi
 from tauto_core.ensembles.fleets import Fleet, Plan, sail_fleet
 from tauto_core.ensembles.rows import has_arrived
-from tauto_core.ensembles.workers import WorkerPool
 from tauto_core.files import write_figure
 from tauto_core.navigation.longitude import AWARDS
 from tauto_core.scene import Scene, load_scene
@@ -89,11 +88,11 @@ def scene_of(fleet: str, part: float = 1.0) -> Scene:
     )
 
 
-def sailed(ships: int, crew: WorkerPool, out: Path | None, part: float) -> dict[str, Fleet]:
+def sailed(ships: int, jobs: int, out: Path | None, part: float) -> dict[str, Fleet]:
     """Return the fleets by name."""
     return {
         name: sail_fleet(
-            Plan(scene_of(name, part), name, ships), crew, None if out is None else out / name
+            Plan(scene_of(name, part), name, ships), jobs, None if out is None else out / name
         )
         for name in FLEETS
     }
@@ -167,7 +166,7 @@ def main() -> None:
     )
     parser.add_argument('--part', type=float, default=1.0, help='of the passage that is sailed')
     asked = parser.parse_args()
-    fleets = sailed(asked.ships, WorkerPool(asked.jobs), asked.out, asked.part)
+    fleets = sailed(asked.ships, asked.jobs, asked.out, asked.part)
     print(table(fleets))
     write_figure(lambda: figure_of(fleets), asked.plot)
 

@@ -14,7 +14,6 @@ TEST = [
     'colcon-common-extensions>=0.3',
     'colcon-defaults>=0.2.9',
     'colcon-ros>=0.5',
-    'distributed>=2024.8',
     'gpxpy>=1.5',
     'h5netcdf>=1.3',
     'h5py>=3.11',
@@ -58,8 +57,6 @@ GPX = ['gpxpy>=1.5']
 REPORT = ['bokeh>=3.4']
 # The rows of `tauto fleet --out`.
 FLEET = ['pyarrow>=16.0']
-# The workers of `tauto fleet --scheduler`.
-CLUSTER = ['distributed>=2024.8']
 # Weather and air of NetCDF along the track; NetCDF 3 needs xarray alone.
 HINDCAST = ['h5netcdf>=1.3', 'h5py>=3.11', 'xarray>=2024.6']
 # The coefficients of a hull, for `tauto hull`; the shapes that ship need nothing.
@@ -131,7 +128,6 @@ setup(
     extras_require={
         'arrays': ARRAYS,
         'cad': CAD,
-        'cluster': CLUSTER,
         'test': TEST,
         'dev': TEST + LINT + DOCS,
         'docs': DOCS,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import json
+import re
 from collections.abc import Iterator
 from contextlib import nullcontext
 from pathlib import Path
@@ -19,7 +20,7 @@ from tauto_core.cli import calls
 from tauto_core.cli.app import ENTRIES, ROS_COMMANDS, Group, app
 from tauto_core.cli.calls import OF_PYTHON, Command, meanings
 from tauto_core.cli.terminal import option
-from tauto_core.scene.errors import Argument
+from tauto_core.scene.errors import Argument, UsageError, spelled
 
 OF_THE_LINE = {
     '--json': 'a call returns the object',
@@ -41,6 +42,18 @@ def commands() -> Iterator[tuple[str, Any, Any]]:
                 yield word, each, built.commands[word]
         else:
             yield name, entry, built
+
+
+@pytest.mark.parametrize(('name', 'row'), api.GONE.items(), ids=api.GONE)
+def test_an_argument_that_was_taken_away_says_what_to_use(name: str, row: Any) -> None:
+    command, instead = row
+    if command in ENTRIES:
+        ended = CliRunner().invoke(app, [command, 'ideal', f'{option(Argument(name))}=1'])
+        assert ended.exit_code == 2
+        assert re.sub(r'[\s│]+', ' ', spelled(instead, option))[:40] in ended.stderr
+    if command != 'replay':
+        with pytest.raises(UsageError, match=f'{name}=1: .*'):
+            tauto.load('ideal', **{name: 1})
 
 
 @pytest.mark.parametrize(

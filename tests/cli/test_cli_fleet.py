@@ -118,8 +118,8 @@ def test_a_fleet_is_drawn_and_the_file_named(tmp_path):
 
 
 def test_a_lost_ship_gives_no_answer_and_exit_code_1(tmp_path, monkeypatch):
-    def lost(task, items, crew, progress):
-        first, *others = workers.run_each(task, items, crew, progress)
+    def lost(task, items, jobs, progress):
+        first, *others = workers.run_each(task, items, jobs, progress)
         yield from others
         yield Ended(first.place, None, WorkerError('its process died'))
 

@@ -70,7 +70,6 @@ def test_the_stability_and_its_figure(bag: Path, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ('arguments', 'words'),
     [
-        (('--smooth',), 'the estimate at the end, `drift` of the result'),
         (('--plot', 'x.svg'), '--plot draws the stability. Give --stability, too'),
         (('--stability', '--plot', 'x.jpg'), 'must end in .svg, .png or .pdf'),
         (('--stability', '--plot', 'no_such_folder/x.svg'), 'no folder no_such_folder'),

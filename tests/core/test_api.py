@@ -259,7 +259,6 @@ def test_one_clock_with_two_values_is_compared() -> None:
         (lambda: tauto.compare(['ideal'], 'measured'), 'scene: must be .*, and is of type list'),
         (lambda: tauto.sail('ideal', trochlea_inertia=1.0), 'key of a scene. Write trochlea__in'),
         (lambda: tauto.replay('no_bag', smooth=True), 'smooth=True: no drift in hindsight'),
-        (lambda: tauto.trial('ideal', 'x.csv', file='x.svg'), 'is not an argument. Use plot='),
         (lambda: tauto.isochronism('measured', [30, 60]), '30: 4.8 turns.* Write 30deg'),
         (lambda: tauto.sail('nowhere'), 'no such file or built-in scene'),
         (lambda: tauto.load('ideal', trochlea__inerta=1.0), 'Did you mean `inertia`'),

@@ -13,7 +13,7 @@ import pytest
 import tauto_core
 from tauto_core import version as v
 from tauto_core.ensembles.fleets import Plan, sail_fleet
-from tauto_core.ensembles.workers import WorkerPool, versions
+from tauto_core.ensembles.workers import versions
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import UsageError
 from tauto_core.voyage import sail
@@ -143,8 +143,8 @@ def test_a_bag_says_which_code_wrote_it(tmp_path: Path) -> None:
 def test_rows_of_other_code_do_not_mix(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert versions()['tauto_core'] == f'{v.BASE} (code {v.code()})'
     plan = Plan(load_scene('ideal', duration=60.0), 'ideal', 1, {}, 'vary')
-    sail_fleet(plan, WorkerPool(1), tmp_path / 'fleet')
-    sail_fleet(plan, WorkerPool(1), tmp_path / 'fleet')
+    sail_fleet(plan, 1, tmp_path / 'fleet')
+    sail_fleet(plan, 1, tmp_path / 'fleet')
     monkeypatch.setattr('tauto_core.version.code', lambda: '0123456789ab')
     with pytest.raises(UsageError, match='holds another fleet; versions differ'):
-        sail_fleet(plan, WorkerPool(1), tmp_path / 'fleet')
+        sail_fleet(plan, 1, tmp_path / 'fleet')

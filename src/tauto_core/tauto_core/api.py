@@ -16,7 +16,14 @@ from numbers import Integral, Real
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, TypeGuard, cast
 
-from tauto_core.scene.errors import ABSENT, Argument, TautoWarning, UsageError, naming
+from tauto_core.scene.errors import (
+    ABSENT,
+    Argument,
+    ArgumentText,
+    TautoWarning,
+    UsageError,
+    naming,
+)
 from tauto_core.scene.times import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -46,10 +53,29 @@ Range: TypeAlias = str | tuple[float | str, float | str]
 Progress: TypeAlias = Callable[[float], None]
 Counting: TypeAlias = Callable[[float, int], None]
 
-NO_SMOOTH = (
-    ': no drift in hindsight is estimated any more. Use the estimate at the end, `drift` of the '
-    'result, which knows all observations'
-)
+GONE = {
+    'smooth': (
+        'replay',
+        ArgumentText(
+            ': no drift in hindsight is estimated any more. Use the estimate at the end, `drift` '
+            'of the result, which knows all observations'
+        ),
+    ),
+    'scheduler': (
+        'fleet',
+        ArgumentText(
+            ': no dask cluster is used any more. Use ',
+            Argument('jobs'),
+            ', or give fleets on several machines different seeds',
+        ),
+    ),
+    'page': (
+        'euler',
+        ArgumentText(': is no longer written. Use ', Argument('site'), ', whose pages hold it'),
+    ),
+    'file': ('trial', ArgumentText(': is not an argument. Use ', Argument('plot'))),
+}
+"""Arguments that were taken away: their command, and what to use."""
 
 # -----------------------------------------------------------------------------
 # Check the types of arguments from Python.
@@ -60,6 +86,14 @@ def whole(name: str, value: object) -> int:
     if isinstance(value, bool) or not isinstance(value, Integral):
         raise UsageError(f'{name} = {value!r}: must be a whole number. Write for example 2')
     return int(value)
+
+
+def _jobs(value: object) -> int:
+    """Return a number of processes, or raise UsageError."""
+    jobs = whole('jobs', value)
+    if jobs < 1:
+        raise UsageError(Argument('jobs', jobs), ': must be at least 1. Use for example 2')
+    return jobs
 
 
 def numbers(name: str, values: object, unit: str = '') -> list[float]:
@@ -246,7 +280,7 @@ def replay(
     from tauto_core.bags import read_bag
 
     if smooth:
-        raise UsageError(Argument('smooth', value=True), NO_SMOOTH)
+        raise UsageError(Argument('smooth', value=True), GONE['smooth'][1])
     drawn = [] if plot is None else _plots(plot)
     if drawn and not stability:
         needed = ' draws the stability. Give ', Argument('stability', value=True), ', too'
@@ -334,12 +368,11 @@ def budget(
         TautoError: a bad scene, or an event that ends the motion.
     """
     from tauto_core.ensembles.budget import account, budget_file
-    from tauto_core.ensembles.workers import WorkerPool
 
-    crew = WorkerPool(whole('jobs', jobs))
+    processes = _jobs(jobs)
     loaded = _load(scene, overrides, duration=duration, accuracy=accuracy)
     place = None if out is None else budget_file(path('out', out), loaded)
-    result = account(loaded, crew, progress, origin=_origin(scene), anyway=anyway)
+    result = account(loaded, processes, progress, origin=_origin(scene), anyway=anyway)
     if place is not None:
         result.write(place)
     return result
@@ -1008,7 +1041,7 @@ def compare(
         harbour_days=14.0 if harbour_days is None else number('harbour_days', harbour_days, 'd'),
         overrides=_by_path(overrides),
     )
-    result = comparison.compare(entries, jobs=whole('jobs', jobs), progress=progress)
+    result = comparison.compare(entries, jobs=_jobs(jobs), progress=progress)
     for picture in drawn:
         from tauto_core.plots.ensembles import draw_comparison
 
@@ -1024,7 +1057,6 @@ def fleet(
     duration: Quantity | None = None,
     accuracy: Quantity | None = None,
     jobs: int = 2,
-    scheduler: str | None = None,
     out: File | None = None,
     plot: Files = (),
     anyway: bool = False,
@@ -1043,8 +1075,7 @@ def fleet(
         vary: YAML: keys of the scene with their distributions, drawn for every ship.
         duration: as for `load`.
         accuracy: as for `load`.
-        jobs: processes at once on this machine.
-        scheduler: sail on the workers of this dask scheduler.
+        jobs: as for `budget`.
         out: folder for ships.parquet, with a row for each ship; existing rows are not sailed
             again.
         plot: draw it as .svg, .png or .pdf, replacing the file.
@@ -1061,9 +1092,8 @@ def fleet(
             processes that cannot be started.
     """
     from tauto_core.ensembles import fleets
-    from tauto_core.ensembles.workers import WorkerPool
 
-    drawn, crew = _plots(plot), WorkerPool(whole('jobs', jobs), scheduler)
+    drawn, processes = _plots(plot), _jobs(jobs)
     loaded = _load(scene, overrides, duration=duration, accuracy=accuracy)
     if isinstance(vary, str | Path):
         draws, drawn_by = fleets.read_draws(Path(vary), loaded), str(vary)
@@ -1075,7 +1105,7 @@ def fleet(
     plan = fleets.Plan(loaded, _origin(scene), count, draws, drawn_by, anyway)
     for warning in plan.warnings:
         _tell(warning)
-    result = fleets.sail_fleet(plan, crew, where, _counted(progress, count))
+    result = fleets.sail_fleet(plan, processes, where, _counted(progress, count))
     for picture in drawn:
         from tauto_core.plots.ensembles import draw_fleet
 
@@ -1104,7 +1134,6 @@ def trial(
     duration: Quantity | None = None,
     accuracy: Quantity | None = None,
     jobs: int = 2,
-    scheduler: str | None = None,
     out: File | None = None,
     skip_wrong: bool = False,
     plot: Files = (),
@@ -1132,7 +1161,6 @@ def trial(
         duration: cut a voyage at this time from its start [s].
         accuracy: as for `load`.
         jobs: as for `fleet`.
-        scheduler: as for `fleet`.
         out: as for `fleet`, with a row for each clock on each passage.
         skip_wrong: leave out passages with a wrong row, or without a wind.
         plot: as for `fleet`: the map of all tracks.
@@ -1151,14 +1179,9 @@ def trial(
     """
     from tauto_core.ensembles import trials
     from tauto_core.ensembles.answers import answers_of, check_local_time
-    from tauto_core.ensembles.workers import WorkerPool
 
-    if 'file' in overrides:
-        raise UsageError(
-            Argument('file', overrides['file']), ': is not an argument. Use ', Argument('plot')
-        )
     logbook, drawn = str(path('logs', logs)), _plots(plot)
-    crew = WorkerPool(whole('jobs', jobs), scheduler)
+    processes = _jobs(jobs)
     local_time = number('local_time_s', local_time_s, 's')
     check_local_time(local_time)
     if isinstance(compare, str):
@@ -1186,7 +1209,7 @@ def trial(
         if clock.why_unsensed:
             _tell(f'{clock.name}: is not tried with thermometer and IMU: {clock.why_unsensed}')
     where = None if out is None else path('out', out)
-    sailed = trials.sail_trial(trial, crew, where, _counted(progress, trial.ships))
+    sailed = trials.sail_trial(trial, processes, where, _counted(progress, trial.ships))
     answers = replace(answers_of(sailed, local_time), keys_left_out=trials.replaced_by_log(loaded))
     for picture in drawn:
         from tauto_core.plots.ensembles import draw_trial
@@ -1287,6 +1310,8 @@ def _by_path(overrides: Mapping[str, object]) -> dict[str, object]:
     """
     from tauto_core.scene import Scene
 
+    for key in GONE.keys() & overrides.keys():
+        raise UsageError(Argument(key, overrides[key]), GONE[key][1])
     values: dict[str, object] = {}
     for key, value in overrides.items():
         path_of_key = key.replace('__', '.')

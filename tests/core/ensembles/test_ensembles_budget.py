@@ -17,7 +17,6 @@ from tauto_core.cli.tables import budget_tables
 from tauto_core.clockwork.trochlea import nominal_period_s
 from tauto_core.ensembles import budget
 from tauto_core.ensembles.budget import Budget, account, budget_file, kept_budget
-from tauto_core.ensembles.workers import WorkerPool
 from tauto_core.machines import (
     AnyMachine,
     LeverMachine,
@@ -55,7 +54,7 @@ def rows_of(found: Budget) -> dict[str, float]:
 
 
 def test_heave_alone_costs_its_mean_square_over_eight_g_squared() -> None:
-    found = account(made(), WorkerPool(1))
+    found = account(made(), 1)
     square = 0.5 * (HEAVE_M * (math.tau / PERIOD_S) ** 2) ** 2
     expected = -DAY_S * square / (8.0 * 9.80665**2)
     # the static formula, for waves ten times slower than the swing, over whole waves
@@ -68,7 +67,7 @@ def test_heave_alone_costs_its_mean_square_over_eight_g_squared() -> None:
 
 
 def test_parts_and_interaction_make_the_whole() -> None:
-    found = account(tauto.load('involute_weight_at_sea', duration=600.0), WorkerPool(1))
+    found = account(tauto.load('involute_weight_at_sea', duration=600.0), 1)
     assert sum(rows_of(found).values()) == pytest.approx(found.sum.rate_s_per_day, abs=1e-9)
     together = found.sum.rate_s_per_day + found.interaction.rate_s_per_day
     assert together == pytest.approx(found.whole.rate_s_per_day, abs=1e-9)
@@ -86,7 +85,7 @@ def test_gravity_acts_by_half_of_its_change() -> None:
         duration=7200.0,
         log={'interval': 10.0},
     )
-    found = account(scene, WorkerPool(1), anyway=True)
+    found = account(scene, 1, anyway=True)
     here, there = (float(normal_gravity(math.radians(each))) for each in (50.0, 48.5))
     # along the meridian Eötvös' term is v²/M: 4.3 s/day at 46 m/s
     speed = 3.0 * 111_200.0 / 7200.0
@@ -96,7 +95,7 @@ def test_gravity_acts_by_half_of_its_change() -> None:
 
 def test_small_changes_are_worth_half_their_part() -> None:
     scene = made(duration=120.0)
-    found = account(scene, WorkerPool(1))
+    found = account(scene, 1)
     worth = {each.what: each.rate_s_per_day for each in found.worth}
     trochlea: Any = scene.trochlea
     dial = 1.0 + rows_of(found)['dial'] / DAY_S
@@ -116,7 +115,7 @@ def test_a_tenth_of_a_radian_agrees_with_two_releases() -> None:
         keys = {'duration': 120.0, 'ship': heave, 'trochlea.release_angle': angle}
         scene = tauto.load('clock_cheek_weight', **keys)
         left_out = {'suspension': None, 'drag': None, 'escapement': None}
-        found.append(account(scene.model_copy(update=left_out), WorkerPool(1)))
+        found.append(account(scene.model_copy(update=left_out), 1))
     rows = [rows_of(each)['amplitude'] for each in found]
     worth = {each.what: each.rate_s_per_day for each in found[1].worth}['0.1 rad of amplitude']
     assert worth == pytest.approx(rows[2] - rows[0], rel=1e-6)
@@ -124,9 +123,9 @@ def test_a_tenth_of_a_radian_agrees_with_two_releases() -> None:
 
 
 def test_stretches_agree_with_the_whole_voyage() -> None:
-    whole = account(made(duration=7200.0), WorkerPool(1))
+    whole = account(made(duration=7200.0), 1)
     scene = made(duration=86_400.0 * 30, **{'log.interval': 60.0})
-    stretches = account(scene, WorkerPool(1))
+    stretches = account(scene, 1)
     assert (whole.stretches, stretches.stretches) == (1, 240)
     sigma = stretches.whole.sigma_s_per_day
     assert sigma is not None
@@ -147,7 +146,7 @@ def test_a_hull_has_all_its_motions_and_what_is_known_roughly() -> None:
         'heading': 2.4,
         'roll': {'natural_period': 11.0, 'damping_ratio': 0.08},
     }
-    found = account(made(ship=ship, duration=600.0), WorkerPool(1))
+    found = account(made(ship=ship, duration=600.0), 1)
     assert {'heave', 'sway', 'surge', 'roll', 'pitch and yaw'} <= rows_of(found).keys()
     assert rows_of(found)['heave'] < 0.0 < rows_of(found)['sway']
     keys = [each.key.rpartition('.')[2] for each in found.rough]
@@ -174,7 +173,7 @@ TEN_K = DAY_S * ((1.0 + 18.9e-6 * 10.0) ** -0.5 - 1.0)
 
 
 def test_heat_is_that_since_the_departure() -> None:
-    found = account(brassy((10.0, 20.0), 1e-3), WorkerPool(1))
+    found = account(brassy((10.0, 20.0), 1e-3), 1)
     # the box follows in some seconds of an hour
     assert rows_of(found)['heat'] == pytest.approx(TEN_K, rel=3e-3)
     assert abs(rows_of(found)['dial']) < 1e-9
@@ -185,7 +184,7 @@ def test_heat_is_that_since_the_departure() -> None:
     # the dial shows the temperature at departure, since its period holds at 20 degrees
     warm, nominal = (brassy((each, each), 1e-3) for each in (30.0, 20.0))
     stated = {'nominal_period': nominal_period_s(nominal, compile_machine(nominal))}
-    shown = rows_of(account(tauto.load(warm, clock=stated), WorkerPool(1)))
+    shown = rows_of(account(tauto.load(warm, clock=stated), 1))
     assert shown['heat'] == 0.0
     assert shown['dial'] == pytest.approx(TEN_K, rel=1e-4)
 
@@ -194,7 +193,7 @@ def test_heat_is_felt_in_stretches(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(budget, 'STRETCHES', 4)
     monkeypatch.setattr(budget, 'FEWEST_STRETCHES', 4)
     scene = brassy((10.0, 30.0), 240.0, duration=864_000.0, **{'log.interval': 60.0})
-    found = account(scene, WorkerPool(1))
+    found = account(scene, 1)
     assert found.stretches == 4
     # evenly spread over a steady warming: its mean, 10 K
     assert rows_of(found)['heat'] == pytest.approx(TEN_K, rel=1e-2)
@@ -214,7 +213,7 @@ def test_a_lever_feels_heat_in_its_budget() -> None:
             'trochlea.cam': {'kind': 'lever_corrected', 'period': 1.0},
         },
     )
-    found = account(scene, WorkerPool(1))
+    found = account(scene, 1)
     assert rows_of(found)['heat'] == pytest.approx(TEN_K, rel=3e-3)
     assert abs(found.interaction.rate_s_per_day) < 1e-3
     worth = {each.what: each.rate_s_per_day for each in found.worth}
@@ -277,7 +276,7 @@ def test_what_is_left_open_is_compared_in_the_same_stretches(
 
     monkeypatch.setattr(budget, '_sailed', sailed)
     scene = tauto.load('involute_weight_at_sea', duration=86_400.0 * 30, **{'log.interval': 60.0})
-    found = account(scene, WorkerPool(1), anyway=True)
+    found = account(scene, 1, anyway=True)
     nominal_s = scene.clock.nominal_period or 0.0
     assert 'ship.roll.damping_ratio' in [each.key for each in found.rough]
     for row in found.rough:
@@ -290,7 +289,7 @@ def test_what_is_left_open_is_compared_in_the_same_stretches(
 
 def test_a_hung_case_is_told_beside_the_same_case_fixed() -> None:
     scene = tauto.load('suspended_weight_at_sea', duration=300.0)
-    found = account(scene, WorkerPool(1))
+    found = account(scene, 1)
     fixed = tauto.sail(scene.model_copy(update={'suspension': None})).result['clock'][
         'rate_s_per_day'
     ]
@@ -299,7 +298,7 @@ def test_a_hung_case_is_told_beside_the_same_case_fixed() -> None:
 
 def test_clocks_without_a_rate_are_refused() -> None:
     with pytest.raises(UsageError, match='dies away'):
-        account(made(drag={'viscous': 1e-5}), WorkerPool(1))
+        account(made(drag={'viscous': 1e-5}), 1)
     with pytest.raises(UsageError, match='body in a fluid'):
         tauto.budget('globe_in_oil')
 

@@ -1,18 +1,14 @@
-"""A fleet gives the rows of its ships sailed alone, also if interrupted or distributed."""
+"""A fleet gives the rows of its ships sailed alone, also if interrupted."""
 
-import importlib
 import math
 import os
 import re
 import signal
 import subprocess
 import sys
-import time
-from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-import dask
 import pyarrow.parquet as pq
 import pytest
 
@@ -22,7 +18,7 @@ from tauto_core.ensembles import rows as stored
 from tauto_core.ensembles.answers import statistics_of
 from tauto_core.ensembles.fleets import Plan, as_draws, sail_fleet, sail_ship
 from tauto_core.ensembles.rows import FIGURES, FleetError, Store
-from tauto_core.ensembles.workers import Ended, WorkerError, WorkerPool
+from tauto_core.ensembles.workers import Ended, WorkerError
 from tauto_core.plots.ensembles import fleet_figure
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import SceneError, TautoWarning, UsageError
@@ -47,7 +43,7 @@ def lasting(rows):
 
 @pytest.fixture(scope='module')
 def alone():
-    return sail_fleet(plan(), WorkerPool(1))
+    return sail_fleet(plan(), 1)
 
 
 def test_a_row_is_the_voyage_of_its_ship(alone):
@@ -65,7 +61,7 @@ def test_a_row_is_the_voyage_of_its_ship(alone):
 def test_processes_give_the_rows_of_one(alone, tmp_path, monkeypatch):
     monkeypatch.setattr(workers, 'POOL_START_S', 0.0)  # also for work that is small
     told: list[float] = []
-    beside = sail_fleet(plan(), WorkerPool(2), tmp_path / 'fleet', told.append)
+    beside = sail_fleet(plan(), 2, tmp_path / 'fleet', told.append)
     assert lasting(beside.rows) == lasting(alone.rows)
     assert told == sorted(told)
     assert told[-1] == pytest.approx(6.0)
@@ -79,7 +75,7 @@ def test_processes_give_the_rows_of_one(alone, tmp_path, monkeypatch):
 
 def test_a_fleet_goes_on_where_it_was(alone, tmp_path, monkeypatch):
     folder = tmp_path / 'fleet'
-    sail_fleet(plan(2), WorkerPool(1), folder)
+    sail_fleet(plan(2), 1, folder)
     sailed = []
 
     def counted(plan, number, progress):
@@ -90,12 +86,12 @@ def test_a_fleet_goes_on_where_it_was(alone, tmp_path, monkeypatch):
 
     monkeypatch.setattr(fleets, 'sail_ship', counted)
     with pytest.raises(KeyboardInterrupt):
-        sail_fleet(plan(), WorkerPool(1), folder)
+        sail_fleet(plan(), 1, folder)
     assert sailed == [2, 3, 4]
     monkeypatch.setattr(fleets, 'sail_ship', sail_ship)
-    whole = sail_fleet(plan(), WorkerPool(1), folder)
+    whole = sail_fleet(plan(), 1, folder)
     assert lasting(whole.rows) == lasting(alone.rows)
-    again = sail_fleet(plan(4), WorkerPool(1), folder)  # all rows are there
+    again = sail_fleet(plan(4), 1, folder)  # all rows are there
     assert lasting(again.rows) == lasting(alone.rows[:4])
     assert pq.read_table(folder / 'ships.parquet').num_rows == 6
 
@@ -104,8 +100,8 @@ def test_a_ship_that_is_lost_has_no_row_and_sails_again(alone, tmp_path, monkeyp
     """Dead processes and lack of memory are no results of a clock."""
     folder = tmp_path / 'fleet'
 
-    def without_3(task, items, crew, progress):
-        for each in workers.run_each(task, items, crew, progress):
+    def without_3(task, items, jobs, progress):
+        for each in workers.run_each(task, items, jobs, progress):
             lost = items[each.place] == 3
             yield Ended(each.place, None, WorkerError('its process died')) if lost else each
 
@@ -121,13 +117,13 @@ def test_a_ship_that_is_lost_has_no_row_and_sails_again(alone, tmp_path, monkeyp
         pytest.warns(TautoWarning) as said,
         pytest.raises(WorkerError, match=r'ship 3: its process .*1 more.* 4 of 6 ships came in: '),
     ):
-        sail_fleet(plan(), WorkerPool(1), folder)
+        sail_fleet(plan(), 1, folder)
     assert [str(each.message) for each in said] == [
         'ship 3: its process died. It is lost',
         'ship 4: MemoryError. It is lost',
     ]
     monkeypatch.undo()
-    whole = sail_fleet(plan(), WorkerPool(1), folder)
+    whole = sail_fleet(plan(), 1, folder)
     assert lasting(whole.rows) == lasting(alone.rows)
     run_s = [{row['ship']: row['run_s'] for row in fleet.rows} for fleet in (alone, whole)]
     assert all(each[ship] is not None for each in run_s for ship in range(6))
@@ -139,7 +135,6 @@ from pathlib import Path
 sys.path.insert(0, sys.argv[3])
 from test_ensembles_fleets import plan
 from tauto_core.ensembles import fleets, rows
-from tauto_core.ensembles.workers import WorkerPool
 replace, names = os.replace, []
 def killed(draft, place):
     names.append(place)
@@ -148,7 +143,7 @@ def killed(draft, place):
     replace(draft, place)
 os.replace = killed
 rows.EVERY_S = 0.0
-fleets.sail_fleet(plan(), WorkerPool(1), Path(sys.argv[1]))
+fleets.sail_fleet(plan(), 1, Path(sys.argv[1]))
 """
 
 
@@ -159,7 +154,7 @@ def test_a_fleet_that_is_killed_while_it_writes_goes_on(alone, tmp_path, name):
     words = [sys.executable, '-c', KILLED_AT_A_NAME, folder, str(name), Path(__file__).parent]
     assert subprocess.run(words, check=False, timeout=DEADLINE_S).returncode == -signal.SIGKILL
     for _ in range(2):
-        assert lasting(sail_fleet(plan(), WorkerPool(1), folder).rows) == lasting(alone.rows)
+        assert lasting(sail_fleet(plan(), 1, folder).rows) == lasting(alone.rows)
     assert {file.name for file in folder.iterdir()} == {'fleet.yaml', 'ships.parquet'}
 
 
@@ -167,15 +162,15 @@ def test_a_folder_has_one_fleet_at_a_time(alone, tmp_path, monkeypatch):
     folder = tmp_path / 'fleet'
     late = Store(folder, plan().identity(), plan().columns)
 
-    def beside(task, items, crew, progress):
+    def beside(task, items, jobs, progress):
         with pytest.raises(UsageError, match='another process sails a fleet into it'):
-            sail_fleet(plan(8), WorkerPool(1), folder)
+            sail_fleet(plan(8), 1, folder)
         with pytest.raises(UsageError, match='another process'), late.opened():
             pass
-        yield from workers.run_each(task, items, crew, progress)
+        yield from workers.run_each(task, items, jobs, progress)
 
     monkeypatch.setattr(stored, 'run_each', beside)
-    assert lasting(sail_fleet(plan(), WorkerPool(1), folder).rows) == lasting(alone.rows)
+    assert lasting(sail_fleet(plan(), 1, folder).rows) == lasting(alone.rows)
     with late.opened():
         assert lasting(late.rows) == lasting(alone.rows)
         late.close()
@@ -190,7 +185,7 @@ def test_a_ship_that_fails_is_a_row(tmp_path):
         ship={'kind': 'components', 'rate': 10.0, 'components': [{'amplitude': 0.1, 'period': 5}]},
     )
     vary = as_draws({key: {'kind': 'list', 'values': [1.0, 9.0]}}, 'vary.yaml', scene)
-    fleet = sail_fleet(Plan(scene, NAME, 6, vary), WorkerPool(1), tmp_path / 'fleet')
+    fleet = sail_fleet(Plan(scene, NAME, 6, vary), 1, tmp_path / 'fleet')
     failed = [row for row in fleet.rows if row['failure'] is not None]
     assert 0 < len(failed) < 6
     for row in fleet.rows:
@@ -208,7 +203,7 @@ def test_nothing_starts_where_a_draw_is_no_scene(tmp_path):
     far = plan(3, {'trochlea.inertia': {'kind': 'normal', 'mean': 0.0, 'sigma': 1e-4}})
     for refused in (bad, far):
         with pytest.raises(SceneError):
-            sail_fleet(refused, WorkerPool(1), tmp_path / 'fleet')
+            sail_fleet(refused, 1, tmp_path / 'fleet')
         assert not (tmp_path / 'fleet').exists()
 
 
@@ -222,30 +217,30 @@ def test_ships_beyond_the_first_are_checked_when_they_sail(tmp_path, monkeypatch
     assert wrong > 0
     monkeypatch.setattr(fleets, 'CHECKED_FIRST', wrong)
     with pytest.raises(SceneError, match=f'ship {wrong}, as drawn'):
-        sail_fleet(many, WorkerPool(1), tmp_path / 'fleet')
+        sail_fleet(many, 1, tmp_path / 'fleet')
     assert any((tmp_path / 'fleet' / 'ships').iterdir())  # what came in is kept
 
 
 def test_a_folder_with_other_contents_is_refused(tmp_path):
-    sail_fleet(plan(1), WorkerPool(1), tmp_path / 'fleet')
+    sail_fleet(plan(1), 1, tmp_path / 'fleet')
     with pytest.raises(UsageError, match='another fleet; vary differ'):
-        sail_fleet(plan(1, {}), WorkerPool(1), tmp_path / 'fleet')
+        sail_fleet(plan(1, {}), 1, tmp_path / 'fleet')
     with pytest.raises(UsageError, match='another fleet; scene differ'):
-        sail_fleet(plan(1, duration=60.0), WorkerPool(1), tmp_path / 'fleet')
+        sail_fleet(plan(1, duration=60.0), 1, tmp_path / 'fleet')
     (tmp_path / 'other').mkdir()
     (tmp_path / 'other' / 'letter.txt').write_text('dear')
     with pytest.raises(UsageError, match='holds something else'):
-        sail_fleet(plan(1), WorkerPool(1), tmp_path / 'other')
+        sail_fleet(plan(1), 1, tmp_path / 'other')
     with pytest.raises(UsageError, match='is a file'):
-        sail_fleet(plan(1), WorkerPool(1), tmp_path / 'other' / 'letter.txt')
+        sail_fleet(plan(1), 1, tmp_path / 'other' / 'letter.txt')
     (tmp_path / 'fleet' / 'ships.parquet').write_bytes(b'not parquet')
     with pytest.raises(FleetError, match=r'ships\.parquet: cannot be read'):
-        sail_fleet(plan(1), WorkerPool(1), tmp_path / 'fleet')
+        sail_fleet(plan(1), 1, tmp_path / 'fleet')
 
 
 def test_a_full_disk_is_named_and_keeps_what_came_in(alone, tmp_path, monkeypatch):
     folder = tmp_path / 'fleet'
-    sail_fleet(plan(3), WorkerPool(1), folder)
+    sail_fleet(plan(3), 1, folder)
     written = (folder / 'ships.parquet').read_bytes()
 
     def full(_file):
@@ -253,170 +248,10 @@ def test_a_full_disk_is_named_and_keeps_what_came_in(alone, tmp_path, monkeypatc
 
     monkeypatch.setattr(os, 'fsync', full)
     with pytest.raises(FleetError, match=r'No space left on device.*Make room'):
-        sail_fleet(plan(), WorkerPool(1), folder)
+        sail_fleet(plan(), 1, folder)
     monkeypatch.undo()
     assert (folder / 'ships.parquet').read_bytes() == written
-    assert lasting(sail_fleet(plan(), WorkerPool(1), folder).rows) == lasting(alone.rows)
-
-
-WITHOUT_TAUTO = """
-import runpy, sys
-sys.modules['tauto_core'] = None
-sys.argv = sys.argv[1:]
-runpy.run_module(sys.argv[0], run_name='__main__')
-"""
-
-
-@pytest.fixture
-def by_tls(tmp_path):
-    """The certificate of docs/fleets.md, for this process and those that it starts."""
-    importlib.import_module('distributed')  # its defaults must outlive these settings
-    key, certificate = tmp_path / 'key.pem', tmp_path / 'fleet.pem'
-    made = ('openssl', 'req', '-x509', '-newkey', 'ec', '-pkeyopt', 'ec_paramgen_curve:prime256v1')
-    for_two = ('-nodes', '-days', '2', '-subj', '/CN=fleet')
-    files = ('-keyout', key, '-out', certificate)
-    subprocess.run([*made, *for_two, *files], check=True, capture_output=True)
-    kept = {'ca-file': certificate}
-    for who in ('scheduler', 'worker', 'client'):
-        kept |= {f'{who}.cert': certificate, f'{who}.key': key}
-    with ExitStack() as held:
-        patch = held.enter_context(pytest.MonkeyPatch.context())
-        for name, file in kept.items():
-            variable = name.upper().replace('.', '__').replace('-', '_')
-            patch.setenv(f'DASK_DISTRIBUTED__COMM__TLS__{variable}', str(file))
-            held.enter_context(dask.config.set({f'distributed.comm.tls.{name}': str(file)}))
-        yield
-
-
-@contextmanager
-def _process(*words, start=('-m',)):
-    """Yield a dask process of its own, with the `address` of a scheduler that it names."""
-    paths = os.pathsep.join([str(Path(__file__).parent), os.environ.get('PYTHONPATH', '')])
-    process = subprocess.Popen(
-        [sys.executable, *start, 'distributed.cli.' + words[0], *words[1:]],
-        stderr=subprocess.PIPE,
-        text=True,
-        env={**os.environ, 'PYTHONPATH': paths},
-    )
-    try:
-        deadline = time.monotonic() + DEADLINE_S
-        for line in process.stderr:
-            found = re.search(r'(?:Scheduler at|Registered to):\s+(t\w+://\S+)', line)
-            if found:
-                break
-            assert time.monotonic() < deadline, line
-        else:
-            pytest.fail(f'{words} ended with {process.wait()}')
-        process.address = found[1]
-        yield process
-    finally:
-        process.terminate()
-        process.communicate(timeout=DEADLINE_S)
-
-
-@pytest.mark.usefixtures('by_tls')
-def test_the_workers_of_a_scheduler_give_the_same_rows(alone, monkeypatch):
-    """By TLS, as the docs have it. The scheduler refuses clients without a certificate."""
-    alone_rows = lasting(alone.rows)
-    here = ('--protocol', 'tls', '--host', '127.0.0.1', '--port', '0')
-    with _process('dask_scheduler', *here, '--no-dashboard') as scheduler:
-        address = scheduler.address
-        bare = ('--no-dashboard', '--nthreads', '1', '--host', '127.0.0.1')
-        monkeypatch.setattr(workers, 'REACHED_WITHIN_S', 2.0)
-        with (
-            pytest.warns(TautoWarning, match='without TLS'),
-            pytest.raises(WorkerError, match='cannot be reached'),
-        ):
-            sail_fleet(plan(), WorkerPool(2, address.replace('tls', 'tcp')))
-        with _process('dask_worker', address, *bare), _process('dask_worker', address, *bare):
-            assert lasting(sail_fleet(plan(), WorkerPool(2, address)).rows) == alone_rows
-            monkeypatch.setattr(workers, 'version', lambda _name: '0.0.1')
-            with pytest.raises(WorkerError, match=r'numpy \S+ against 0\.0\.1'):
-                sail_fleet(plan(), WorkerPool(2, address))
-        monkeypatch.undo()
-        with (
-            _process('dask_worker', address, *bare, '--no-nanny', start=('-c', WITHOUT_TAUTO)),
-            pytest.raises(WorkerError, match=r'cannot run tauto_core .*Install\s+tauto_core'),
-        ):
-            sail_fleet(plan(), WorkerPool(2, address))
-
-
-OF_OTHER_VERSIONS = """
-import runpy, sys
-from tauto_core.ensembles import workers
-workers.version = lambda name: '0.0.1'
-sys.argv = sys.argv[1:]
-runpy.run_module(sys.argv[0], run_name='__main__')
-"""
-
-
-def test_workers_that_come_late_are_waited_for_and_checked(alone, monkeypatch):
-    """As from a batch queue: no worker at first, then one of other versions, then ours."""
-    bare = ('--no-dashboard', '--nthreads', '1', '--host', '127.0.0.1', '--no-nanny')
-    monkeypatch.setattr(workers, 'ASK_S', 2.0)
-    here = ('--host', '127.0.0.1', '--port', '0', '--no-dashboard')
-    with _process('dask_scheduler', *here) as scheduler:
-
-        def sailed(**how):
-            with ExitStack() as hired:
-
-                def hire(said, *_, **__):
-                    if 'there is no worker process for 6 runs' in str(said):
-                        worker = _process('dask_worker', scheduler.address, *bare, **how)
-                        hired.enter_context(worker)
-
-                monkeypatch.setattr(workers.warnings, 'warn', hire)
-                return sail_fleet(plan(), WorkerPool(2, scheduler.address)).rows
-
-        with pytest.raises(WorkerError, match=r'other versions .*: numpy 0\.0\.1 against'):
-            sailed(start=('-c', OF_OTHER_VERSIONS))
-        with pytest.raises(WorkerError, match=r'cannot run tauto_core .*Install\s+tauto_core'):
-            sailed(start=('-c', WITHOUT_TAUTO))
-        assert lasting(sailed()) == lasting(alone.rows)
-
-
-def test_workers_and_a_scheduler_that_are_lost_cost_no_ship(tmp_path, monkeypatch):
-    """The worker is killed with the first ship under way, the scheduler with the fourth.
-
-    Each sails longer than this process takes to hear of one: some are left to lose.
-    """
-    fleet = plan(duration=4 * 86_400.0)
-    folder, lost = tmp_path / 'fleet', []
-    bare = ('--no-dashboard', '--nthreads', '1', '--host', '127.0.0.1', '--no-nanny')
-    monkeypatch.setattr(workers, 'ASK_S', 0.2)
-    monkeypatch.setattr(stored, 'EVERY_S', 0.0)
-    with ExitStack() as running:
-        start = lambda *words: running.enter_context(_process(*words))  # noqa: E731
-        scheduler = start('dask_scheduler', '--host', '127.0.0.1', '--port', '0', '--no-dashboard')
-        worker = start('dask_worker', scheduler.address, *bare)
-
-        def lose(done):
-            which = worker if done < 3.0 else scheduler
-            if which not in lost:
-                lost.append(which)
-                which.kill()
-
-        def hire(said, *_, **__):
-            if (
-                'has not answered' in said or 'without TLS' in said
-            ):  # is busy, which is tested below
-                return
-            assert re.match(r'there is no worker process for \d runs?\. Start some .da', said)
-            start('dask_worker', scheduler.address, *bare)
-
-        monkeypatch.setattr(workers.warnings, 'warn', hire)
-        with pytest.raises(WorkerError, match=r'scheduler is lost .* \d of 6 ships came in: they'):
-            sail_fleet(fleet, WorkerPool(2, scheduler.address), folder, lose)
-    assert lost == [worker, scheduler]
-    monkeypatch.undo()
-    kept = [
-        row for file in (folder / 'ships').iterdir() for row in pq.read_table(file).to_pylist()
-    ]
-    assert 2 <= len(kept) < 6
-    assert all(row['failure'] is None for row in kept)
-    assert lasting(sail_fleet(fleet, WorkerPool(1), folder).rows) == lasting(
-        sail_fleet(fleet, WorkerPool(1)).rows
-    )
+    assert lasting(sail_fleet(plan(), 1, folder).rows) == lasting(alone.rows)
 
 
 def row(number, error, **values):

@@ -24,7 +24,6 @@ from tauto_core.ensembles.trials import (
     season_of,
     with_wind_drawn,
 )
-from tauto_core.ensembles.workers import WorkerPool
 from tauto_core.machines import compile_machine
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import ABSENT, SceneError, UsageError
@@ -57,7 +56,7 @@ def trial(tmp_path_factory):
 
 @pytest.fixture(scope='module')
 def alone(trial):
-    return sail_trial(trial, WorkerPool(1))
+    return sail_trial(trial, 1)
 
 
 def test_a_row_is_the_voyage_of_its_clock_alone(trial, alone):
@@ -150,19 +149,19 @@ def test_a_trial_goes_on_where_it_was(trial, alone, tmp_path, monkeypatch):
     fewer = replace(trial, wind_draws=0)
     monkeypatch.setattr(trials, 'sail_passage', killed)
     with pytest.raises(KeyboardInterrupt):
-        sail_trial(fewer, WorkerPool(1), folder)
+        sail_trial(fewer, 1, folder)
     monkeypatch.setattr(trials, 'sail_passage', sail_passage)
     logged = [row for row in lasting(alone.rows) if row['drawn'] == 'log']
-    assert lasting(sail_trial(fewer, WorkerPool(1), folder).rows) == logged
+    assert lasting(sail_trial(fewer, 1, folder).rows) == logged
     assert sailed == [each.number for each in fewer.sailings]
     # further draws add to it, in other processes
     monkeypatch.setattr(workers, 'POOL_START_S', 0.0)
-    whole = sail_trial(trial, WorkerPool(2), folder)
+    whole = sail_trial(trial, 2, folder)
     assert lasting(whole.rows) == lasting(alone.rows)
     assert [row['ship'] for row in whole.rows] == list(range(8))
     other = replace(trial, rules=replace(trial.rules, harbour_days=1.0))
     with pytest.raises(UsageError, match='holds another fleet; rules differ'):
-        sail_trial(other, WorkerPool(1), folder)
+        sail_trial(other, 1, folder)
 
 
 def test_a_wind_drawn_anew_scatters_as_logs_do():

@@ -18,6 +18,7 @@ import typer
 from typer.core import TyperGroup
 from typer.main import get_group
 
+from tauto_core.api import GONE
 from tauto_core.cli import shown, voyages
 from tauto_core.cli.calls import Command
 from tauto_core.cli.terminal import (
@@ -29,7 +30,7 @@ from tauto_core.cli.terminal import (
     send_lost_again,
     set_quiet,
 )
-from tauto_core.scene.errors import TautoError, spelled
+from tauto_core.scene.errors import Argument, ArgumentText, TautoError, spelled
 
 # -----------------------------------------------------------------------------
 # The commands by name, built one at a time, since building all takes 40 ms.
@@ -145,14 +146,10 @@ class Commands(TyperGroup):
         words = [word for word in ours if word not in ('--quiet', '-q')] + args[len(ours) :]
         if words[:1] == ['plate']:  # the name of 0.2, for a release
             words[:1] = ['cam', '--plate']
-        if words[:1] == ['replay'] and '--smooth' in words:
-            from tauto_core.api import NO_SMOOTH
-
-            raise typer.BadParameter(f'--smooth{NO_SMOOTH}')
-        if words[:1] == ['euler'] and '--page' in words:
-            raise typer.BadParameter(
-                '--page: is no longer written. Use --site, whose pages hold it'
-            )
+        options = {word.partition('=')[0] for word in words}
+        for name, (command, instead) in GONE.items():
+            if words[:1] == [command] and option(Argument(name)) in options:
+                raise typer.BadParameter(spelled(ArgumentText(Argument(name), instead), option))
         return list(super().parse_args(ctx, words))
 
     def invoke(self, ctx: Any) -> Any:

@@ -240,7 +240,6 @@ _PLACED = {'what': 'WHAT', 'source': 'BAG|SCENE', 'bag': 'BAG', 'log': 'FILE', '
 """Metavars of positional arguments."""
 _METAVARS = {
     'passage': 'ID',
-    'scheduler': 'ADDRESS',
     **dict.fromkeys(('length_unit', 'weight_unit'), 'UNIT'),
     **dict.fromkeys(('ship', 'cam', 'thread', 'power', 'escapement'), 'KIND'),
     **dict.fromkeys(('support', 'contact'), 'KIND'),

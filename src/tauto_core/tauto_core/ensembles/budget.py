@@ -25,7 +25,6 @@ from tauto_core.clockwork.trochlea import at_departure, nominal_period_s
 from tauto_core.curves.cams.corrected import EquivalentCam, LinearisedCam
 from tauto_core.curves.materials import material
 from tauto_core.ensembles.rows import Voyages, sail
-from tauto_core.ensembles.workers import WorkerPool
 from tauto_core.files import check_place, write_output
 from tauto_core.machines import (
     AnyMachine,
@@ -263,7 +262,7 @@ def _aged(machine: AnyMachine, age_s: float) -> AnyMachine:
 
 def account(
     scene: Scene,
-    crew: WorkerPool,
+    jobs: int,
     progress: Callable[[float], None] | None = None,
     *,
     origin: str | None = None,
@@ -272,7 +271,7 @@ def account(
     """Return the budget of a scene's rate.
 
     Args:
-        crew: the processes on which stretches are sailed.
+        jobs: processes at once.
         progress: called with the fraction done.
         origin: file or name that the user gave, for errors. `None`: the scene's name.
         anyway: sail machines and ships larger than any known, too.
@@ -294,9 +293,9 @@ def account(
     nominal_s = nominal_period_s(scene, built)
     heat = cast(AnyMachine, built).heat
     plan = _plan(scene, machine, swing)
-    jobs = {'': plan, **_causes(plan, machine, heat, motion.moves)}
-    causes = list(jobs)[1:]
-    jobs |= _besides(plan, thread_swings=swing is None)
+    cases = {'': plan, **_causes(plan, machine, heat, motion.moves)}
+    causes = list(cases)[1:]
+    cases |= _besides(plan, thread_swings=swing is None)
     thinned = replace(plan, begins_ns=plan.begins_ns[::THINNED])
     rough = [
         (item.key, item.unit, item.values, [_with(thinned, ship=ship) for ship in item.ships])
@@ -308,15 +307,15 @@ def account(
     ]
     for key, _, values, runs in rough:
         for value, job in zip(values, runs, strict=True):
-            jobs[f'{key} = {value:.4g}'] = job
+            cases[f'{key} = {value:.4g}'] = job
     # the dial is regulated for the properties that are tried, too
     nominal = {
         name: nominal_s if job.heat is None else nominal_period_s(scene, job.machine)
-        for name, job in jobs.items()
+        for name, job in cases.items()
     }
     rates = {
         name: DAY_S * (nominal[name] * ratio - 1.0)
-        for name, ratio in _sailed(jobs, crew, progress).items()
+        for name, ratio in _sailed(cases, jobs, progress).items()
     }
     total = rates['']
     end_ns = np.array([scene.starts_at_ns + scene.duration_ns])
@@ -425,12 +424,12 @@ def sail_job(voyage: _NumberedJob, progress: Callable[[float], None]) -> list[di
 
 
 def _sailed(
-    jobs: Mapping[str, Job], crew: WorkerPool, progress: Callable[[float], None] | None
+    cases: Mapping[str, Job], jobs: int, progress: Callable[[float], None] | None
 ) -> dict[str, FloatArray]:
-    plan = Voyages(sail_job, [(k, *item) for k, item in enumerate(jobs.items())], case_of)
-    report = None if progress is None else lambda count: progress(count / len(jobs))
-    rows = sail(plan, crew, None, report)
-    return dict(zip(jobs, map(np.array, rows.column('per_s')), strict=True))
+    plan = Voyages(sail_job, [(k, *item) for k, item in enumerate(cases.items())], case_of)
+    report = None if progress is None else lambda count: progress(count / len(cases))
+    rows = sail(plan, jobs, None, report)
+    return dict(zip(cases, map(np.array, rows.column('per_s')), strict=True))
 
 
 def _sigma(rates: FloatArray) -> float | None:

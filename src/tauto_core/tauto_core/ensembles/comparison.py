@@ -21,7 +21,7 @@ from tauto_core.checks.cost import work_s
 from tauto_core.checks.readiness import check_known, check_scene
 from tauto_core.clockwork.trochlea import on_first_day, regulated_period_s
 from tauto_core.ensembles.rows import Voyages, figures_of, has_arrived, sail
-from tauto_core.ensembles.workers import WorkerPool
+from tauto_core.ensembles.workers import jobs_for
 from tauto_core.machines import AnyMachine, OtherRegulator
 from tauto_core.navigation.regressors import SHAKEN_BY, SharedIntegrals
 from tauto_core.results import Summary, drawn_by
@@ -499,11 +499,11 @@ def compare(
     for entry in entries:
         with naming(entry.origin, entry.scene.name):
             works_s.append(work_s(entry.scene))
-    crew = WorkerPool(jobs).for_work(works_s)
-    seas = in_one_sea(entries, crew.jobs)
+    jobs = jobs_for(works_s, jobs)
+    seas = in_one_sea(entries, jobs)
     plan = Voyages(sail_sea, seas, lambda sea: ', '.join(entry.scene.name for _, entry in sea))
     report = None if progress is None else lambda count: progress(count / len(seas))
-    rows = [row['row'] for row in sail(plan, crew, None, report)]
+    rows = [row['row'] for row in sail(plan, jobs, None, report)]
     scene = entries[0].scene
     wall_s = time.perf_counter() - began
     return Comparison(scene.duration, ErrorTrace(scene).piece_s, wall_s, rows)

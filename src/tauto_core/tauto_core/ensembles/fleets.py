@@ -1,7 +1,7 @@
 """Fleets: many voyages of one scene with different random numbers.
 
-A voyage ends with an arrival, or with a failure of the clock, or is lost with its process or the
-scheduler. A lost voyage has no row, and the statistics wait until it has been sailed again.
+A voyage ends with an arrival, or with a failure of the clock, or is lost with its process. A
+lost voyage has no row, and the statistics wait until it has been sailed again.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from tauto_core.checks.cost import work_s
 from tauto_core.checks.readiness import check_known, check_scene
 from tauto_core.ensembles.answers import Answers, statistics_of
 from tauto_core.ensembles.rows import ENDED, FIGURE_TYPES, Columns, Rows, Voyages, figures_of, sail
-from tauto_core.ensembles.workers import WorkerPool, versions
+from tauto_core.ensembles.workers import versions
 from tauto_core.results import drawn_by
 from tauto_core.scene import Scene, scene_yaml
 from tauto_core.scene.errors import (
@@ -390,7 +390,7 @@ class Fleet:
 
 def sail_fleet(
     plan: Plan,
-    crew: WorkerPool,
+    jobs: int,
     out: Path | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Fleet:
@@ -411,5 +411,5 @@ def sail_fleet(
         columns=plan.columns,
         identity=plan.identity(),
     )
-    rows = sail(voyages, crew, out, progress)
+    rows = sail(voyages, jobs, out, progress)
     return Fleet(plan, rows, statistics_of(rows, plan.draws))

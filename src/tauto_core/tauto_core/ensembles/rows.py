@@ -1,6 +1,6 @@
-"""A plan of voyages, sailed on a crew of processes, gives one table of rows.
+"""A plan of voyages, sailed by several processes, gives one table of rows.
 
-    rows = sail(plan, crew, out, progress)
+    rows = sail(plan, jobs, out, progress)
 
 A plan (`Voyages`) is clocks × seas × draws. Its voyages are independent. The clocks of a voyage
 share one sea. Any process (`workers`) can sail a voyage and make its rows.
@@ -33,7 +33,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, overload
 
 import numpy as np
 
-from tauto_core.ensembles.workers import Task, WorkerError, WorkerPool, run_each
+from tauto_core.ensembles.workers import Task, WorkerError, jobs_for, run_each
 from tauto_core.files import DRAFTS, one_writer, write_whole
 from tauto_core.scene.errors import (
     Argument,
@@ -386,13 +386,14 @@ class Voyages(Generic[Voyage]):
 
 def sail(
     plan: Voyages[Any],
-    crew: WorkerPool,
+    jobs: int,
     out: Path | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Rows:
     """Sail a plan, or the rest of it, and return all rows sorted by `ship`.
 
     Args:
+        jobs: processes at once.
         out: folder in which rows are stored as voyages end. `None`: they are not stored.
         progress: called with the number of finished rows, fractions of voyages included.
 
@@ -418,9 +419,9 @@ def sail(
 
         # all voyages, not only the pending ones: a continued run uses as many processes
         works_s = [plan.cost_s(item) for item in pending[:1]] * len(voyages)
-        crew = crew.for_work(works_s) if pending else WorkerPool(1)
+        jobs = jobs_for(works_s, jobs) if pending else 1
         try:
-            with closing(run_each(plan.task, pending, crew, tell)) as ended:
+            with closing(run_each(plan.task, pending, jobs, tell)) as ended:
                 for run in ended:
                     if run.result is not None:
                         came_in += clocks

@@ -30,7 +30,7 @@ from tauto_core.ensembles.comparison import (
     with_rate,
 )
 from tauto_core.ensembles.rows import ENDED, FIGURE_TYPES, Columns, Voyages, sail
-from tauto_core.ensembles.workers import WorkerPool, versions
+from tauto_core.ensembles.workers import versions
 from tauto_core.navigation import DriftStage, LongitudeStage, LongitudeTally
 from tauto_core.navigation.covariates import coefficients
 from tauto_core.navigation.longitude import LEAST_UNCHECKED_DAYS
@@ -692,7 +692,7 @@ class SailedTrial:
 
 def sail_trial(
     trial: Trial,
-    crew: WorkerPool,
+    jobs: int,
     out: Path | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> SailedTrial:
@@ -709,4 +709,4 @@ def sail_trial(
         columns=COLUMNS,
         identity=trial.identity(),
     )
-    return SailedTrial(trial, list(sail(plan, crew, out, progress)))
+    return SailedTrial(trial, list(sail(plan, jobs, out, progress)))
