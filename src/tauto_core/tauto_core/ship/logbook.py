@@ -4,11 +4,7 @@ Formats, recognised by the beginning of a file:
 
 - our columns: `passage`, `utc`, `latitude`, `longitude` [degrees, north and east +],
   `wind_from_deg`, `wind_mps`, and optionally `air_celsius`, `nation`, `ship`, `from`, `to`;
-- CLIWOC's tables with a header: release 2.1 (`YR`, …), and release 1.5 (`UTC`, `Lat3`, `Lon3`)
-  with winds in words, translated by `Lookup_*_WindForce.csv` and `Lookup_*_WindDirection.csv` in
-  the same folder;
-- CLIWOC's text: the core of the International Maritime Meteorological Archive (108 characters),
-  and the attachment of release 2.1 for the names;
+- CLIWOC's table of release 2.1 (`YR`, …);
 - tracks in GPX (by gpxpy, the extra `gpx`), with a CSV file of winds: `utc`, `wind_from_deg`,
   `wind_mps`, `air_celsius`.
 
@@ -31,11 +27,10 @@ import zlib
 from array import array
 from bisect import bisect_left
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
-from itertools import chain, groupby, pairwise
-from pathlib import Path
+from itertools import groupby, pairwise
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -65,7 +60,6 @@ from tauto_core.scene.tables import (
     data_path,
     header_words,
     missing_file,
-    read_data,
     read_table,
     source_name,
     words_of,
@@ -91,7 +85,10 @@ WINDY_MPS = 13.0
 MOST_ROWS_TOLD = 12
 """Wrong rows that an error lists after the first. `tauto logbook` lists all."""
 
-FORMS = 'our columns (passage, utc, latitude, …), tables or texts of CLIWOC, or GPX tracks'
+FORMS = (
+    'our columns (passage, utc, latitude, longitude, wind_from_deg, wind_mps), a table of CLIWOC, '
+    'release 2.1, or GPX tracks'
+)
 
 _WORDS = {'ship': 'ship', 'nation': 'nation', 'sailed_from': 'from', 'bound_to': 'to'}
 """Names of a passage and their columns in our tables."""
@@ -403,17 +400,12 @@ def read_passages(
                 raise SceneError(path, 'winds', winds, problem, 'Leave them out.')
             divided = max('\t;,', key=beginning.count)
             names = [name.strip().strip('"') for name in beginning.split(divided)]
-            ours = _OURS & {name.casefold() for name in names}
             rows = csv.reader(book.lines(), delimiter=divided)
             if is_track:
                 logs = _tracks(path, book.whole(), winds)
-            elif _IMMA.match(beginning):
-                logs = _archive(chain([beginning], book.lines()))
             elif 'YR' in names:
-                logs = _release_21(path, names, rows)
-            elif 'Lat3' in names or ('UTC' in names and not ours - {'utc'}):
-                logs = _release_15(path, names, rows)
-            elif ours:
+                logs = _cliwoc(path, names, rows)
+            elif _OURS & {name.casefold() for name in names}:
                 book.part = 1.0
                 yield from _ours(path, names, rows)
                 return
@@ -431,15 +423,9 @@ def read_passages(
 
 _LATIN = 'tauto-latin'
 _OURS = {'passage', 'utc', 'latitude', 'longitude', 'wind_from_deg', 'wind_mps'}
-_IMMA = re.compile(r'\d{4}[ \d]{4}[ \d]{4}[-+ \d]{5}[-+ \d]{6}')
 
 
-def _as_latin(error: UnicodeError) -> tuple[str, int]:
-    assert isinstance(error, UnicodeDecodeError)
-    return error.object[error.start : error.end].decode('latin-1'), error.end
-
-
-codecs.register_error(_LATIN, _as_latin)
+codecs.register_error(_LATIN, lambda e: (e.object[e.start : e.end].decode('latin-1'), e.end))  # type: ignore[attr-defined]
 
 
 def _places(path: str, names: list[str], wanted: Sequence[str]) -> dict[str, int]:
@@ -460,13 +446,16 @@ def _ours(path: str, names: list[str], rows: Iterator[list[str]]) -> Iterator[Lo
     numbers = ('latitude', 'longitude', 'wind_from_deg', 'wind_mps', 'air_celsius')
     past: set[str] = set()
 
-    def passage(name: str, group: list[tuple[int, list[str]]]) -> LoggedPassage:
+    named = ((line, cells) for line, cells in enumerate(rows, 2) if ''.join(cells).strip())
+    padding = [''] * (len(names) + 1)
+    for name, group in groupby(named, lambda row: _printed((row[1] + padding)[at['passage']])):
+        lines, table = zip(*group, strict=True)
         wrong, entries = None, []
-        for row, (_, cells) in enumerate(group):
-            entry: list[Any] = [cells[at['utc']].strip() if len(cells) > at['utc'] else '']
+        for row, cells in enumerate(table):
+            padded = [cell.strip() for cell in cells + padding]
+            entry: list[Any] = [padded[at['utc']]]
             for column in numbers:
-                place = at.get(column, len(names))
-                cell = cells[place].strip() if place < len(cells) else ''
+                cell = padded[at.get(column, -1)]
                 try:
                     entry.append(_measured(column, cell))
                 except ValueError as error:
@@ -488,22 +477,12 @@ def _ours(path: str, names: list[str], rows: Iterator[list[str]]) -> Iterator[Lo
             wrong = wrong or EntryProblem(0, 'passage', name, problem, remedy)
         past.add(name)
         words: dict[str, Any] = {
-            key: _printed(group[0][1][at[column]])
+            key: _printed((table[0] + padding)[at.get(column, -1)])
             for key, column in _WORDS.items()
-            if column in at and at[column] < len(group[0][1])
         }
-        lines = tuple(line for line, _ in group)
-        return LoggedPassage(
+        yield LoggedPassage(
             name, source_name(path), **words, lines=lines, entries=tuple(entries), wrong=wrong
         )
-
-    named = ((line, cells) for line, cells in enumerate(rows, 2) if ''.join(cells).strip())
-
-    def name_of(row: tuple[int, list[str]]) -> str:
-        return _printed((row[1] + [''] * len(names))[at['passage']])
-
-    for name, group in groupby(named, name_of):
-        yield passage(name, list(group))
     if not past:
         raise SceneError(path, '', ABSENT, 'holds no rows below its header', 'Add some.')
 
@@ -541,8 +520,6 @@ def _wrapped(longitude: float) -> float:
 # A place of a point that Python would read as a number: 1_0 as 10.
 _SLIP = re.compile(r"""\b(?:lat|lon)\s*=\s*["']\s*([-+.\d]*_[^"']{0,20})""")
 
-_Wind = tuple[float | None, float | None, float | None]
-
 _NUMBERS = 7
 """Numbers of a row: time since 1970 [s], line, latitude, longitude, wind from, wind, air, or NaN.
 
@@ -554,44 +531,9 @@ As tuples, CLIWOC's rows would take six times the memory.
 class _Logs:
     """The rows of each log, of `_NUMBERS` each, its names, and the counts of unusable rows."""
 
-    rows: dict[Any, array[float]] = field(default_factory=dict)
+    rows: dict[Any, array[float]] = field(default_factory=lambda: defaultdict(lambda: array('d')))
     named: dict[Any, dict[str, str]] = field(default_factory=dict)
     lost: dict[Any, Counter[str]] = field(default_factory=lambda: defaultdict(Counter))
-
-    def full(self, width: int, rows: Iterator[list[str]]) -> Iterator[tuple[int, list[str]]]:
-        """Yield the rows of `width` cells with their lines. Count the others as lost."""
-        for line, cells in enumerate(rows, 2):
-            if len(cells) == width:
-                yield line, cells
-            else:
-                self.lost[None]['with more or fewer cells than the header'] += 1
-
-    def put(
-        self,
-        log: object,
-        line: int,
-        day: tuple[float | None, ...],
-        hour: float | None,
-        place: tuple[float | None, float | None],
-        wind: _Wind,
-    ) -> None:
-        """Add a row, or count it as lost if its time or place is not possible."""
-        self.rows.setdefault(log, array('d'))
-        latitude, longitude = place
-        if latitude is None or longitude is None:
-            self.lost[log]['without a place'] += 1
-            return
-        if not (abs(latitude) <= 90.0 and abs(longitude) <= 360.0):
-            self.lost[log]['with a place that is not on the globe'] += 1
-            return
-        year, month, date = (number or 0.0 for number in day)
-        try:
-            at = utc_on(year, month, date, -1.0 if hour is None else 3600.0 * hour)
-        except ValueError:
-            why = 'with the hour 24' if hour == 24.0 else 'without a possible time'
-            self.lost[log][why] += 1
-            return
-        self.add(log, line, at, (latitude, _wrapped(longitude)), wind)
 
     def add(
         self,
@@ -599,12 +541,12 @@ class _Logs:
         line: int,
         at: datetime.datetime,
         place: tuple[float, float],
-        wind: _Wind,
+        wind: Sequence[float | None],
     ) -> None:
         """Add a row with a time and a place."""
         since_s = math.floor(at.timestamp())
         numbers = (math.nan if value is None else value for value in wind)
-        self.rows.setdefault(log, array('d')).extend((since_s, line, *place, *numbers))
+        self.rows[log].extend((since_s, line, *place, *numbers))
 
 
 def _at(row: list[float]) -> datetime.datetime:
@@ -618,8 +560,8 @@ def _pieces(
     fewest, timespec = (LEAST_ENTRIES, 'minutes') if unit == 'line' else (2, 'seconds')
     empty = True
     ships = Counter(words.get('ship') for words in logs.named.values())
-    for number, (log, rows) in enumerate(logs.rows.items(), 1):
-        table = np.frombuffer(rows).reshape(-1, _NUMBERS)
+    for number, (log, named) in enumerate(logs.named.items(), 1):
+        table = np.frombuffer(logs.rows[log]).reshape(-1, _NUMBERS)
         pieces: list[list[list[float]]] = []
         dropped = 0
         for row in table[np.lexsort((table[:, 1], table[:, 0]))].tolist():
@@ -637,13 +579,10 @@ def _pieces(
                 pieces.append([])
             pieces[-1].append(row)
         if progress is not None:
-            progress(0.5 + 0.5 * number / len(logs.rows))
-        words: dict[str, Any] = {
-            key: _printed(word) for key, word in logs.named.get(log, {}).items()
-        }
-        name = words.pop('number', number)
-        is_alone = unit == 'point' and ships[logs.named[log].get('ship')] == 1
-        track = words.get('ship') if is_alone else ''
+            progress(0.5 + 0.5 * number / len(logs.named))
+        words: dict[str, Any] = {key: _printed(word) for key, word in named.items()}
+        name = words.pop('number')
+        track = words['ship'] if unit == 'point' and ships[named['ship']] == 1 else ''
         for count, piece in enumerate(pieces, 1):
             if len(piece) >= fewest:
                 empty = False
@@ -655,13 +594,13 @@ def _pieces(
                     lines=tuple(int(row[1]) for row in piece),
                     entries=tuple(_entry(row, timespec) for row in piece),
                     left_out=dropped,
-                    lost=tuple(logs.lost[log].items()) if log in logs.lost else (),
+                    lost=tuple(logs.lost[log].items()),
                     unit=unit,
                 )
     if empty:
         lost = sum(logs.lost.values(), Counter[str]())
         count = sum(map(len, logs.rows.values())) // _NUMBERS + lost.total()
-        counts = [f'{counted(count, unit)} of {counted(len(logs.rows), "log")}']
+        counts = [f'{counted(count, unit)} of {counted(len(logs.named), "log")}']
         counts += [f'{number} {why}' for why, number in lost.items()]
         problem = f'has no passage of {fewest} entries, but {", ".join(counts)}'
         remedy = f'A gap of more than {LONGEST_GAP_DAYS:g} days ends a passage. Give a longer log.'
@@ -683,110 +622,50 @@ def _number(cell: str, factor: float = 1.0) -> float | None:
     return round(factor * number, 9) if math.isfinite(number) else None
 
 
-def _archive(lines: Iterable[str]) -> _Logs:
-    """Return the logs of a text in the format of the marine archive (IMMA), release 1.5 or 2.1.
-
-    Offsets in the core (from 0): YR 0, MO 4, DY 6, HR 8 [0.01 h], LAT 12, LON 17 [0.01 degrees],
-    ID 34, country 43, D 46 [degrees], W 50 [0.1 m/s], AT 69 [0.1 °C]. In the attachment of release
-    2.1: ship 705, nation 735, ports 957 and 1002.
-    """
-    logs = _Logs()
-    for number, line in enumerate(lines, 1):
-        log = line[34:43].strip()
-        when = [_number(line[begin:end]) for begin, end in ((0, 4), (4, 6), (6, 8))]
-        where = _number(line[12:17], 0.01), _number(line[17:23], 0.01)
-        wind = _number(line[46:49]), _number(line[50:53], 0.1), _number(line[69:73], 0.1)
-        logs.put(log, number, tuple(when), _number(line[8:12], 0.01), where, wind)
-        if log not in logs.named:
-            logs.named[log] = {'number': log.lstrip('0') or '0', 'nation': line[43:45].strip()}
-            if len(line) > 1100 and line[113:1100].count(';') < 20:
-                logs.named[log] |= {
-                    'ship': line[705:735].strip(),
-                    'nation': line[735:743].strip(),
-                    'sailed_from': line[957:1002].strip(),
-                    'bound_to': line[1002:1052].strip(),
-                }
-    return logs
-
-
 _UNITS = {'HR': 0.01, 'LAT': 0.01, 'LON': 0.01, 'W': 0.1, 'AT': 0.1}
+_CLIWOC_WORDS = {
+    'ship': 'ShipName',
+    'nation': 'Nationality',
+    'sailed_from': 'VoyageFrom',
+    'bound_to': 'VoyageTo',
+}
 
 
-def _release_21(path: str, names: list[str], rows: Iterator[list[str]]) -> _Logs:
-    """Return the logs of a table of release 2.1. Its columns are the fields of the archive."""
+def _cliwoc(path: str, names: list[str], rows: Iterator[list[str]]) -> _Logs:
+    """Return the logs of a table of CLIWOC. Rows without a possible time or place are lost."""
     wanted = ('YR', 'MO', 'DY', 'HR', 'LAT', 'LON', 'ID', 'D', 'W')
     at, logs = _places(path, names, wanted), _Logs()
-    for line, cells in logs.full(len(names), rows):
-        *day, hour, latitude, longitude, blows_from, blows, air = (
+    for line, cells in enumerate(rows, 2):
+        if len(cells) != len(names):
+            logs.lost[None]['with more or fewer cells than the header'] += 1
+            continue
+        log = cells[at['ID']].strip()
+        year, month, day, hour, latitude, longitude, *wind = (
             _number(cells[at[name]], _UNITS.get(name, 1.0)) if name in at else None
             for name in (*wanted, 'AT')
             if name != 'ID'
         )
-        log, wind = cells[at['ID']].strip(), (blows_from, blows, air)
-        logs.put(log, line, tuple(day), hour, (latitude, longitude), wind)
         if log not in logs.named:
-            logs.named[log] = {'number': log.lstrip('0') or '0', **_cliwoc_words(at, cells)}
+            words = {
+                key: cells[at[name]].strip() for key, name in _CLIWOC_WORDS.items() if name in at
+            }
+            words = {key: word for key, word in words.items() if word not in MISSING}
+            logs.named[log] = {'number': log.lstrip('0') or '0', **words}
+        lost = ''
+        if latitude is None or longitude is None:
+            lost = 'without a place'
+        elif not (abs(latitude) <= 90.0 and abs(longitude) <= 360.0):
+            lost = 'with a place that is not on the globe'
+        else:
+            try:
+                second = -1.0 if hour is None else 3600.0 * hour
+                moment = utc_on(year or 0.0, month or 0.0, day or 0.0, second)
+                logs.add(log, line, moment, (latitude, _wrapped(longitude)), wind)
+            except ValueError:
+                lost = 'with the hour 24' if hour == 24.0 else 'without a possible time'
+        if lost:
+            logs.lost[log][lost] += 1
     return logs
-
-
-def _cliwoc_words(at: dict[str, int], cells: list[str]) -> dict[str, str]:
-    """Return the names of a log from the columns of both releases."""
-    columns = {
-        'ship': 'ShipName',
-        'nation': 'Nationality',
-        'sailed_from': 'VoyageFrom',
-        'bound_to': 'VoyageTo',
-    }
-    words = {key: cells[at[name]].strip() for key, name in columns.items() if name in at}
-    return {key: word for key, word in words.items() if word not in MISSING}
-
-
-def _release_15(path: str, names: list[str], rows: Iterator[list[str]]) -> _Logs:
-    """Return the logs of a table of release 1.5, with winds in words of four languages.
-
-    `Lookup_*_WindForce.csv` in the same folder (columns WindForce and mps) and
-    `Lookup_*_WindDirection.csv` (WindDirection and ProbWindDD) translate the words. A log is one
-    voyage of one ship.
-    """
-    wanted = ('UTC', 'Lat3', 'Lon3', 'ShipName', 'VoyageIni', 'WindDirection', 'WindForce')
-    at = _places(path, names, wanted)
-    folder = data_path(path).parent
-    forces = _lookup(folder, 'WindForce', 'mps')
-    directions = _lookup(folder, 'WindDirection', 'ProbWindDD')
-    if not forces or not directions:
-        problem = 'are missing in its folder. They translate its winds from words to numbers'
-        remedy = "Put the files Lookup_*.csv of CLIWOC's release 1.5 there."
-        raise SceneError(path, 'Lookup_*_WindForce.csv', ABSENT, problem, remedy)
-    logs = _Logs()
-    columns = [at[name] for name in ('ShipName', 'VoyageIni', 'LogbookIdent') if name in at]
-    for line, cells in logs.full(len(names), rows):
-        utc = cells[at['UTC']].strip().partition('.')[0]
-        latitude, longitude = _number(cells[at['Lat3']]), _number(cells[at['Lon3']])
-        stamp = utc if len(utc) == 10 and utc.isdecimal() else ''
-        day = _number(stamp[:4]), _number(stamp[4:6]), _number(stamp[6:8])
-        words = cells[at['WindDirection']].strip().upper(), cells[at['WindForce']].strip().upper()
-        air = _number(cells[at['ProbTair']]) if 'ProbTair' in at else None
-        wind = directions.get(words[0]), forces.get(words[1]), air
-        log = tuple(cells[place].strip() for place in columns)
-        logs.put(log, line, day, _number(stamp[8:]), (latitude, longitude), wind)
-        if log not in logs.named:
-            logs.named[log] = {'number': str(len(logs.named) + 1), **_cliwoc_words(at, cells)}
-    return logs
-
-
-def _lookup(folder: Path, word: str, number: str) -> dict[str, float]:
-    numbers: dict[str, float] = {}
-    for file in sorted(folder.glob(f'Lookup_*_{word}.csv')):
-        try:
-            text = read_data(file, SMALL_PART).decode('utf-8-sig', _LATIN)
-            for row in csv.DictReader(text.splitlines(keepends=True)):
-                value = _number(row.get(number) or '')
-                if value is not None and value >= 0.0:
-                    numbers.setdefault((row.get(word) or '').strip().upper(), value)
-        except (OSError, csv.Error) as error:
-            problem = f'cannot be read: {getattr(error, "strerror", None) or error}'
-            raise SceneError(str(file), '', ABSENT, problem, 'Give the one of CLIWOC.') from None
-    return numbers
 
 
 def _tracks(path: str, text: str, winds: str | None) -> _Logs:
