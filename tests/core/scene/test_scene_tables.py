@@ -43,20 +43,13 @@ def test_columns_are_found_by_name_in_any_order(tmp_path):
     assert read_header(str(tmp_path / 'a.csv'), remedy='') == ['air_degc', 'note', 'time_s']
 
 
-def test_optional_columns_gaps_nines_and_units(tmp_path):
-    wind = Column('wind_deg', optional=True, gaps='nan', nines=999.0, factor=math.pi / 180.0)
+def test_optional_columns_gaps_and_units(tmp_path):
+    wind = Column('wind_deg', optional=True, gaps='nan', factor=math.pi / 180.0)
     columns = Column('t'), Column('h', gaps='skip'), wind
-    table = read(tmp_path / 'a.csv', 't,h,wind_deg\n0,1,90\nnever,MM,\n2,1,999\n3,1,\n', *columns)
+    table = read(tmp_path / 'a.csv', 't,h,wind_deg\n0,1,90\nnever,MM,\n2,1,nan\n3,1,\n', *columns)
     np.testing.assert_array_equal(table['t'], [0.0, 2.0, 3.0])
     np.testing.assert_array_equal(table['wind_deg'], [math.pi / 2.0, math.nan, math.nan])
     assert 'wind_deg' not in read(tmp_path / 'b.csv', 't,h\n0,1\n', *columns)
-
-
-def test_cells_divided_by_spaces_and_dates(tmp_path):
-    text = '#at h\n#s m\n2000-01-01T00:00 1\n2000-01-01T01:00+00:30 2\n'
-    table = read(tmp_path / 'a', text, Column('at', utc=True), Column('h'), divided=' ')
-    assert np.diff(table['at']) == [1800.0]
-    assert table.where(1) == 'line 4'
 
 
 def test_gaps_are_counted_and_long_ones_refused():

@@ -14,36 +14,21 @@ from tauto_core.ship import ShipMotion
 
 ROLL = {'natural_period': 11.0, 'damping_ratio': 0.08, 'slope_coefficient': 0.7}
 HIGH = {'significant_wave_height': 2.5, 'peak_period': 9.0}
-# columns, missing values and units as in NDBC's files since 2007; hours 1 and 3 have no waves
-NDBC = """\
-#YY  MM DD hh mm WDIR WSPD GST  WVHT   DPD   APD MWD   PRES  ATMP  WTMP  DEWP  VIS  TIDE
-#yr  mo dy hr mn degT m/s  m/s     m   sec   sec degT   hPa  degC  degC  degC   mi    ft
-2019 01 01 00 00 260  9.1 11.0  2.50  9.09  6.50 270 1016.1  10.1  15.2   7.1 99.0 99.00
-2019 01 01 00 10 260  9.1 11.0 99.00 99.00 99.00 999 1016.1  10.1  15.2   7.1 99.0 99.00
-2019 01 01 01 00  MM   MM   MM    MM    MM    MM  MM     MM    MM    MM    MM   MM    MM
-2019 01 01 02 00 260  9.1 11.0  3.00 10.00  6.60 280 1016.1  10.1  15.2   7.1 99.0 99.00
-2019 01 01 03 00 260  9.1 11.0  3.10 99.00  6.60 999 1016.1  10.1  15.2   7.1 99.0 99.00
-2019 01 01 04 00 260  9.1 11.0  3.20 10.81  6.60 290 1016.1  10.1  15.2   7.1 99.0 99.00
-"""
-# as before 2007: no minutes, no marks, two digits of the year before 1999, latest row first
-OLD = """\
-YY MM DD hh WD   WSPD GST  WVHT  DPD   APD  MWD  BAR    ATMP  WTMP  DEWP  VIS
-98 12 31 23 210  8.0   9.5  1.80  7.69  5.50 999 1015.1  12.1  15.2 999.0 99.0
-98 12 31 22 210  8.0   9.5  1.60  7.14  5.50 999 1015.1  12.1  15.2 999.0 99.0
-"""
-CSV = """\
+# rows 2, 3 and 5 have no waves
+BUOY = """\
 time_utc,significant_wave_height_m,peak_period_s,waves_from_deg
-2020-01-01T00:00,1.0,6.0,0
-2020-01-01T06:00,2.0,8.0,90
-2020-01-01T12:00,99.00,99.00,999
-2020-01-01T18:00,,,
-2020-01-02T00:00,1.5,7.0,180
+2019-01-01T00:00,2.50,9.09,270
+2019-01-01T00:10,nan,nan,nan
+2019-01-01T01:00,MM,MM,MM
+2019-01-01T02:00,3.00,10.00,280
+2019-01-01T03:00,3.10,,
+2019-01-01T04:00,3.20,10.81,290
 """
+HEAD, *LINES = BUOY.splitlines()
 
 
 NORTH = {'departure': [0.0, 0.0], 'arrival': [10.0, 0.0], 'sails_at': 0.0, 'arrives_at': 1e6}
-FOLLOWED = {'format': 'ndbc', 'follow_route': True}
-LACKS_ONE = NDBC.replace('6.60 280', '6.60 999')
+LACKS_ONE = BUOY.replace('10.00,280', '10.00,')
 
 
 def scene_of(weather: dict[str, Any], duration: float = 3600.0, **keys: Any) -> Scene:
@@ -52,7 +37,7 @@ def scene_of(weather: dict[str, Any], duration: float = 3600.0, **keys: Any) -> 
 
 
 def record(folder: Path, text: str, **keys: Any) -> dict[str, Any]:
-    file = folder / 'buoy.txt'
+    file = folder / 'buoy.csv'
     file.write_text(text, encoding='utf-8')
     return {'kind': 'record', 'path': str(file), **keys}
 
@@ -67,33 +52,20 @@ def states_of(*states: dict[str, Any], **keys: Any) -> dict[str, Any]:
     return {'kind': 'states', 'states': list(states), **keys}
 
 
-def test_a_meteorological_file_is_read_and_gaps_are_bridged(tmp_path: Path) -> None:
-    weather = scene_of(record(tmp_path, NDBC, format='ndbc')).ship.weather
-    assert weather.source == 'buoy.txt'
+def test_a_record_is_read_and_gaps_are_bridged(tmp_path: Path) -> None:
+    weather = scene_of(record(tmp_path, BUOY)).ship.weather
+    assert weather.source == 'buoy.csv'
     assert weather.time == (0.0, 7200.0, 14_400.0)
     assert weather.significant_wave_height == (2.5, 3.0, 3.2)
     assert weather.peak_period == (9.09, 10.0, 10.81)
     # from 270 is to 90
     assert weather.waves_to == pytest.approx([math.radians(each) for each in (90, 100, 110)])
     assert weather.gaps_bridged == 0
-
-
-def test_older_files_have_two_digits_of_the_year_and_no_minutes(tmp_path: Path) -> None:
-    asked = record(tmp_path, OLD, format='ndbc', begins='1998-12-31T22:30')
-    weather = scene_of(asked, duration=1800.0).ship.weather
-    assert weather.time == (-1800.0, 1800.0)
-    assert weather.significant_wave_height == (1.6, 1.8)
-    assert weather.waves_to is None
-
-
-def test_a_csv_file_may_have_gaps_up_to_the_stated_length(tmp_path: Path) -> None:
-    asked = record(tmp_path, CSV, max_gap=64_800.0)
-    weather = scene_of(asked, duration=86_400.0).ship.weather
-    assert weather.time == (0.0, 21_600.0, 86_400.0)
-    assert weather.waves_to == pytest.approx([math.pi, 1.5 * math.pi, 0.0])
-    assert weather.gaps_bridged == 0  # of two steps the longer is the usual one
-    said = refusal(record(tmp_path, CSV, max_gap=64_799.0))
-    assert 'line 6: comes 64800 s after the last row with waves; max_gap is 64799.0 s' in said
+    # the latest row first, without a direction, from a time between two rows
+    text = '\n'.join([HEAD, *reversed(LINES)]).replace('290', '')
+    later = scene_of(record(tmp_path, text, begins='2019-01-01T01:30'), 1800.0).ship.weather
+    assert later.time == (-5400.0, 1800.0, 9000.0)
+    assert later.waves_to is None
 
 
 def test_seconds_count_from_the_first_row(tmp_path: Path) -> None:
@@ -105,16 +77,16 @@ def test_seconds_count_from_the_first_row(tmp_path: Path) -> None:
 
 
 def test_a_bag_needs_no_file_of_the_record(tmp_path: Path) -> None:
-    scene = scene_of(record(tmp_path, NDBC, format='ndbc'))
-    (tmp_path / 'buoy.txt').unlink()
+    scene = scene_of(record(tmp_path, BUOY))
+    (tmp_path / 'buoy.csv').unlink()
     again = parse_scene(scene_yaml(scene), 'bag')
     assert again == scene
     assert str(tmp_path) not in scene_yaml(scene)
-    assert ShipMotion(again).metadata['source'] == 'buoy.txt'
+    assert ShipMotion(again).metadata['source'] == 'buoy.csv'
 
 
 def test_a_record_turns_the_waves_against_the_course(tmp_path: Path) -> None:
-    asked = record(tmp_path, NDBC, **FOLLOWED)
+    asked = record(tmp_path, BUOY, follow_route=True)
     scene = scene_of(asked, voyage=NORTH)
     found = scene.ship.states(scene)
     # bound north: waves to the east run to starboard
@@ -126,27 +98,27 @@ def test_a_record_turns_the_waves_against_the_course(tmp_path: Path) -> None:
 
 def test_a_row_without_direction_is_left_out_on_a_route(tmp_path: Path) -> None:
     """Its neighbours keep their headings, and the missing one does not turn all waves abeam."""
-    asked = record(tmp_path, LACKS_ONE, **FOLLOWED)
+    asked = record(tmp_path, LACKS_ONE, follow_route=True)
     scene = scene_of(asked, voyage=NORTH)
     assert scene.ship.weather.time == (0.0, 14_400.0)
     headings = [state.heading for state in scene.ship.states(scene)]
     assert headings == pytest.approx([math.radians(each) for each in (270, 250)], abs=1e-9)
     motion = ShipMotion(scene)
     assert motion.metadata['rows_without_direction'] == 1
-    assert [each for each in motion.warnings if '1 row of buoy.txt without a direction' in each]
-    begins = record(tmp_path, NDBC.replace('6.50 270', '6.50 999'), **FOLLOWED)
+    assert [each for each in motion.warnings if '1 row of buoy.csv without a direction' in each]
+    begins = record(tmp_path, BUOY.replace('9.09,270', '9.09,'), follow_route=True)
     assert scene_of(begins, voyage=NORTH).ship.weather.time == (0.0, 7200.0)
 
 
 def test_the_gap_of_a_missing_direction_is_bridged(tmp_path: Path) -> None:
-    asked = record(tmp_path, LACKS_ONE, **FOLLOWED, max_gap=14_399.0)
+    asked = record(tmp_path, LACKS_ONE, follow_route=True, max_gap=14_399.0)
     said = refusal(asked, voyage=NORTH)
-    assert 'line 8: comes 14400 s after the last row with waves and their direction' in said
+    assert 'line 7: comes 14400 s after the last row with waves and their direction' in said
 
 
 def test_where_no_row_has_a_direction_a_warning_says_so(tmp_path: Path) -> None:
-    text = re.sub('(270|280|290) 1016', '999 1016', NDBC)
-    asked = record(tmp_path, text, **FOLLOWED)
+    text = re.sub('(270|280|290)', '', BUOY)
+    asked = record(tmp_path, text, follow_route=True)
     scene = scene_of(asked, voyage=NORTH)
     assert scene.ship.weather.time == (0.0, 7200.0, 14_400.0)
     motion = ShipMotion(scene)
@@ -160,7 +132,7 @@ def test_directions_that_do_not_matter_may_be_missing(
     keys: dict[str, Any], tmp_path: Path
 ) -> None:
     """The route is not followed, or a response operator has a heading of its own."""
-    asked = record(tmp_path, LACKS_ONE, format='ndbc', follow_route=bool(keys))
+    asked = record(tmp_path, LACKS_ONE, follow_route=bool(keys))
     filtered = keys or {'roll': ROLL}
     ship = {'kind': 'sea', 'weather': asked, 'heave': True, 'rate': 20.0, **filtered}
     scene = load_scene('ideal', ship=ship, duration=3600.0, voyage=NORTH)
@@ -171,40 +143,34 @@ def test_directions_that_do_not_matter_may_be_missing(
 @pytest.mark.parametrize(
     ('text', 'keys', 'said'),
     [
-        (CSV.replace('8.0', 'x'), {}, "line 3, peak_period_s = 'x': is not a finite number"),
-        (CSV.replace('8.0', '80'), {}, 'line 3, peak_period_s = 80.0: must be greater than 0'),
-        (CSV.replace('2.0', '-2'), {}, 'height_m = -2.0: must be greater than 0 and at most 30'),
-        (CSV.replace('T06', 'T00'), {}, 'line 3: has the time of another row'),
-        (CSV.replace('2020-01-01T06', 'noon'), {}, "time_utc = 'noon:00': is not a date and time"),
-        (CSV.replace(',90', ''), {}, 'line 3: has 3 cells, the header 4'),
-        (CSV.replace('peak_period', 'tp'), {}, 'column peak_period_s: is missing'),
-        (CSV.splitlines()[0], {}, 'has no row with a wave height and a period'),
+        (BUOY.replace('9.09', 'x'), {}, "line 2, peak_period_s = 'x': is not a finite number"),
+        (BUOY.replace('9.09', '80'), {}, 'line 2, peak_period_s = 80.0: must be greater than 0'),
+        (BUOY.replace('2.50', '-2'), {}, 'height_m = -2.0: must be greater than 0 and at most 30'),
+        (BUOY.replace('270', '999'), {}, 'waves_from_deg = 999.0: must be at least 0 and at most'),
+        (BUOY.replace('T02', 'T00'), {}, 'line 5: has the time of another row'),
+        (BUOY.replace('2019-01-01T02', 'noon'), {}, "time_utc = 'noon:00': is not a date and tim"),
+        (BUOY.replace(',280', ''), {}, 'line 5: has 3 cells, the header 4'),
+        (BUOY.replace('peak_period', 'tp'), {}, 'column peak_period_s: is missing'),
+        (HEAD, {}, 'has no row with a wave height and a period'),
         ('', {}, 'column time_s: is missing'),
-        (CSV, {'begins': 'noon'}, "begins = 'noon': is not a date and time"),
-        (CSV, {'begins': '2021-01-01'}, 'is not within the record, from 2020-01-01T00:00 to'),
-        (CSV, {'format': 'ndbc'}, 'column YYYY: is missing'),
-        (NDBC, {'format': 'csv'}, 'column time_s: is missing'),
-        (
-            NDBC.replace('2019 01 01 04', '2019 13 01 04'),
-            {'format': 'ndbc'},
-            'line 8: has no date',
-        ),
-        (NDBC, {'format': 'ndbc', 'max_gap': 3600.0}, 'line 6: comes 7200 s after the last row'),
+        (BUOY, {'begins': 'noon'}, "begins = 'noon': is not a date and time"),
+        (BUOY, {'begins': '2021-01-01'}, 'is not within the record, from 2019-01-01T00:00 to'),
+        (BUOY, {'format': 'ndbc'}, "format = 'ndbc': is not a key any more: all files are CSV"),
+        (BUOY, {'max_gap': 7199.0}, 'line 5: comes 7200 s after the last row with waves; max_gap'),
     ],
 )
 def test_a_record_that_cannot_be_used_is_refused_by_line(
     text: str, keys: dict[str, Any], said: str, tmp_path: Path
 ) -> None:
-    asked = {'max_gap': 1e6, **keys}
-    assert said in refusal(record(tmp_path, text, **asked))
+    assert said in refusal(record(tmp_path, text, **keys))
 
 
 def test_a_record_must_last_as_long_as_the_scene(tmp_path: Path) -> None:
-    said = refusal(record(tmp_path, NDBC, format='ndbc'), duration=18_000.0)
+    said = refusal(record(tmp_path, BUOY), duration=18_000.0)
     assert 'ship.weather.time = 14400.0' in said
     assert 'Set duration to at most 14400' in said
     coarse = {'log.interval': 7000.0, 'drift.observation_interval': 7000.0}
-    said = refusal(record(tmp_path, NDBC, format='ndbc'), duration=21_000.0, **coarse)
+    said = refusal(record(tmp_path, BUOY), duration=21_000.0, **coarse)
     assert 'Set duration to at most 14000,' in said
 
 

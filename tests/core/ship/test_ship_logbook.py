@@ -219,7 +219,7 @@ def test_unknown_log_book_is_refused_with_its_columns(tmp_path, text, what):
 def test_a_small_file_that_unpacks_without_end_is_refused(tmp_path, before, filling, said):
     pytest.importorskip('gpxpy')
     file = tmp_path / 'bomb.csv.gz'
-    file.write_bytes(gzip.compress((before + filling * (17_500_000 // len(filling))).encode()))
+    file.write_bytes(gzip.compress((before + filling * (24_000_000 // len(filling))).encode()))
     tracemalloc.start()
     try:
         with pytest.raises(SceneError, match=said):

@@ -28,10 +28,11 @@ import os
 import re
 import stat
 from array import array
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime
+from itertools import chain
 from pathlib import Path
 from typing import Literal
 
@@ -196,7 +197,6 @@ class Column:
             1970.
         gaps: effect of a cell without a number (`MISSING`): 'refuse' the file, 'skip' the row, or
             read 'nan'.
-        nines: numbers from here on are missing values (buoys write 99 or 999).
         factor: converts the unit of the numbers.
         unit: unit after the conversion, for messages.
         above: exclusive lower limit.
@@ -211,7 +211,6 @@ class Column:
     optional: bool = False
     utc: bool = False
     gaps: Literal['refuse', 'skip', 'nan'] = 'refuse'
-    nines: float = math.inf
     factor: float = 1.0
     unit: str = ''
     above: float = -math.inf
@@ -234,7 +233,7 @@ class Column:
             number = math.nan
         if not math.isfinite(number):
             raise SceneError(file, where, cell, 'is not a finite number', self.remedy)
-        return math.nan if number >= self.nines else self.factor * number
+        return self.factor * number
 
 
 @dataclass(frozen=True)
@@ -317,9 +316,7 @@ class Columns:
         return int(np.count_nonzero(steps > WIDER * usual))
 
 
-def read_table(
-    path: str, columns: Sequence[Column], *, remedy: str, divided: Literal[',', ' '] = ','
-) -> Columns:
+def read_table(path: str, columns: Sequence[Column], *, remedy: str) -> Columns:
     """Read columns of numbers, skipping blank lines.
 
     If a gap skips a row, its other cells are not checked.
@@ -328,15 +325,13 @@ def read_table(
         path: `shipped:<folder>/<file>`, or a path of the file system.
         columns: the columns, with their limits.
         remedy: advice for a file that is not of this form.
-        divided: separator of the cells. With ' ', a `#` may precede the header, and other lines
-            that begin with `#` are skipped.
 
     Raises:
         SceneError: with the line: no regular file, too large, unreadable or empty, a column
             missing or named twice, a row of another length, a cell without a finite number, a
             number out of range or order.
     """
-    with _opened(path, divided, remedy) as rows:
+    with _opened(path, remedy) as rows:
         _, header = next(rows, (1, []))
         wanted: list[tuple[Column, int, array[float]]] = []
         for column in columns:
@@ -372,14 +367,14 @@ def read_table(
     return table
 
 
-def read_header(path: str, *, remedy: str, divided: Literal[',', ' '] = ',') -> list[str]:
+def read_header(path: str, *, remedy: str) -> list[str]:
     """Return the names of all columns of a file, with arguments and errors of `read_table`."""
-    with _opened(path, divided, remedy) as rows:
+    with _opened(path, remedy) as rows:
         return next(rows, (1, []))[1]
 
 
 @contextmanager
-def _opened(path: str, divided: str, remedy: str) -> Iterator[Iterator[tuple[int, list[str]]]]:
+def _opened(path: str, remedy: str) -> Iterator[Iterator[tuple[int, list[str]]]]:
     """Open a file and yield number and cells of each line, first the header."""
     file = data_path(path)
     reason = why_unreadable(file)
@@ -387,26 +382,14 @@ def _opened(path: str, divided: str, remedy: str) -> Iterator[Iterator[tuple[int
         raise SceneError(path, '', None, reason, remedy)
     try:
         with file.open(encoding='utf-8-sig') as lines:
-            yield _cells(lines, divided)
+            reader = csv.reader(lines)
+            header = [name.strip() for name in next(reader, [])]
+            yield chain([(1, header)], ((reader.line_num, cells) for cells in reader))
     except OSError as error:
         problem = f'cannot be read: {error.strerror}'
         raise SceneError(path, '', None, problem, remedy) from error
     except (UnicodeDecodeError, csv.Error) as error:
         raise SceneError(path, '', None, f'cannot be read as text: {error}', remedy) from error
-
-
-def _cells(lines: Iterable[str], divided: str) -> Iterator[tuple[int, list[str]]]:
-    if divided == ',':
-        reader = csv.reader(lines)
-        yield 1, [name.strip() for name in next(reader, [])]
-        for cells in reader:
-            yield reader.line_num, cells
-        return
-    for number, text in enumerate(lines, start=1):
-        if number == 1:
-            yield number, text.lstrip('#').split()
-        elif not text.startswith('#'):
-            yield number, text.split()
 
 
 def unit_factor(file: str, key: str, column: str, units: Mapping[str, float]) -> float:

@@ -29,7 +29,6 @@ from tauto_core.scene.tables import (
     source_name,
     utc,
 )
-from tauto_core.scene.times import utc_on
 from tauto_core.ship.sea import neighbours
 from tauto_core.ship.sections import (
     ATHWART,
@@ -197,7 +196,6 @@ class SpectrumFile(Section):
 
     spectrum: Literal['file'] = Field(description='file')
     path: OneLine = Field(description='CSV file of the spectrum')
-    format: Literal['table'] = Field(default='table', description='table (CSV)')
     components: ComponentCount = Field(default=64, description='number of components, 1 to 4096')
 
 
@@ -209,74 +207,58 @@ def read_spectrum(file: SpectrumFile) -> dict[str, Any]:
     Raises:
         SceneError: a table that is not a spectrum, with row and value.
     """
-    read = read_table(file.path, (Column(FREQUENCY), Column(DENSITY)), remedy=_SPECTRUM_FORM)
-    values = {'frequency': read[FREQUENCY], 'energy density': read[DENSITY]}
-    table = Columns(file.path, values, read.places)
-    frequency, density = values.values()
-    if len(table) and frequency[0] == 0.0 and density[0] == 0.0:
-        table = table.rows(np.arange(1, len(table)))
+    table = read_table(file.path, (Column(FREQUENCY), Column(DENSITY)), remedy=_SPECTRUM_FORM)
+    is_at_rest = table[FREQUENCY][0] == 0.0 and table[DENSITY][0] == 0.0
+    table = table.rows(np.arange(int(is_at_rest), len(table)))
     if len(table) < 2:
         remedy = 'Give the energy at more frequencies.'
         problem = 'is not enough: a spectrum needs at least 2 frequencies above 0 Hz'
         raise SceneError(file.path, 'number of frequencies', len(table), problem, remedy)
     table.check(
         Column(
-            'frequency',
+            FREQUENCY,
             unit='Hz',
             above=0.0,
             rising='greater than the frequency before',
             remedy='Sort the rows by frequency, and drop duplicates.',
         ),
         Column(
-            'energy density',
+            DENSITY,
             unit='m2/Hz',
             least=0.0,
             why='no wave has negative energy',
             remedy='Correct the row, or set noise below 0 to 0.',
         ),
     )
-    if not np.any(density):
+    if not np.any(table[DENSITY]):
         remedy = 'Choose another spectrum, or ship kind still for a calm.'
         problem = 'is 0 m2/Hz at all frequencies: the spectrum is empty'
-        raise SceneError(file.path, 'energy density', ABSENT, problem, remedy)
+        raise SceneError(file.path, DENSITY, ABSENT, problem, remedy)
     return {
         'spectrum': 'table',
         'source': source_name(file.path)[-LONGEST_TEXT:],
-        'frequency': table['frequency'].tolist(),
-        'energy_density': table['energy density'].tolist(),
+        'frequency': table[FREQUENCY].tolist(),
+        'energy_density': table[DENSITY].tolist(),
         'components': file.components,
     }
 
 
 # -----------------------------------------------------------------------------
-# Buoy records: a CSV file, or one of NDBC's standard meteorological files.
-#
-# NDBC's files (National Data Buoy Center, Measurement descriptions and units) have the columns
-# WVHT, significant wave height [m], DPD, dominant wave period [s], and MWD, the direction from
-# which the waves of that period come [degrees from true north]. Many rows lack the waves, which
-# are measured less often than the wind; 99 (heights, periods) and 999 (directions) mean the same.
+# Buoy records: a CSV file. Many rows lack the waves, which buoys measure less often than the wind.
 
 HEIGHT, PERIOD, WAVES_FROM = 'significant_wave_height_m', 'peak_period_s', 'waves_from_deg'
 UTC_TIME, SECONDS = 'time_utc', 'time_s'
 LONGEST_S = 40.0
 """Longest peak period of wind waves [s]."""
 
-_YEARS = ('YYYY', 'YY')
-_DATE = ('MM', 'DD', 'hh')
-_RECORD_FORM = (
-    f'Give a CSV file with the columns {UTC_TIME} or {SECONDS}, {HEIGHT} and {PERIOD}. For a '
-    'standard meteorological file of NDBC set ship.weather.format: ndbc.'
-)
+_RECORD_FORM = f'Give a CSV file with the columns {UTC_TIME} or {SECONDS}, {HEIGHT} and {PERIOD}.'
 
 
 class RecordFile(WeatherKind):
     """A buoy record from a file. The running scene contains the rows."""
 
     kind: Literal['record'] = 'record'
-    path: OneLine = Field(description='file of the record')
-    format: Literal['csv', 'ndbc'] = Field(
-        default='csv', description='csv, or ndbc: a standard meteorological file'
-    )
+    path: OneLine = Field(description='CSV file of the record')
     begins: OneLine | None = Field(
         default=None,
         description='UTC at the start of the scene, as 2000-01-01T02:00; when left out the time '
@@ -299,11 +281,25 @@ def read_record(file: RecordFile, *, fixed: bool) -> dict[str, Any]:
             outside the record, with the line.
     """
     by_direction = file.follow_route and not fixed
-    table = _ndbc_table(file) if file.format == 'ndbc' else _csv_table(file)
+    has_utc = UTC_TIME in read_header(file.path, remedy=_RECORD_FORM)
+    if file.begins is not None and not has_utc:
+        problem = f'needs the column {UTC_TIME}; {SECONDS} counts from an unknown start'
+        raise SceneError(file.path, 'begins', file.begins, problem, 'Leave it out.')
+    columns = (
+        Column(UTC_TIME, utc=True) if has_utc else Column(SECONDS),
+        Column(HEIGHT, gaps='skip'),
+        Column(PERIOD, gaps='skip'),
+        Column(WAVES_FROM, gaps='nan', least=0.0, most=360.0, unit='degrees', optional=True),
+    )
+    table = read_table(file.path, columns, remedy=_RECORD_FORM)
     if not len(table):
         problem = 'has no row with a wave height and a period'
         raise SceneError(file.path, '', ABSENT, problem, _RECORD_FORM)
-    table = table.rows(np.argsort(table[SECONDS], kind='stable'))
+    unknown = {WAVES_FROM: np.full(len(table), math.nan)}
+    values = {**unknown, **table.values, SECONDS: table[columns[0].name]}
+    table = Columns(file.path, values, table.places).rows(
+        np.argsort(values[SECONDS], kind='stable')
+    )
     undirected = np.isnan(table[WAVES_FROM])
     by_direction_alone = by_direction and not undirected.all()
     rows = table.rows(~undirected) if by_direction_alone else table
@@ -332,7 +328,7 @@ def read_record(file: RecordFile, *, fixed: bool) -> dict[str, Any]:
     waves_from = rows[WAVES_FROM].tolist()
     headings = [math.radians((deg + 180.0) % 360.0) for deg in waves_from if not math.isnan(deg)]
     return {
-        **file.model_dump(exclude={'path', 'format', 'begins'}),
+        **file.model_dump(exclude={'path', 'begins'}),
         'source': source_name(file.path)[-LONGEST_TEXT:],
         'time': (rows[SECONDS] - begins_s).tolist(),
         'significant_wave_height': rows[HEIGHT].tolist(),
@@ -343,62 +339,7 @@ def read_record(file: RecordFile, *, fixed: bool) -> dict[str, Any]:
     }
 
 
-def _waves(height: str, period: str, waves_from: str) -> tuple[Column, ...]:
-    """Return the columns of the waves, which skip rows without height or period."""
-    return (
-        Column(height, gaps='skip', nines=99.0),
-        Column(period, gaps='skip', nines=99.0),
-        Column(waves_from, gaps='nan', nines=999.0, optional=True),
-    )
-
-
-def _csv_table(file: RecordFile) -> Columns:
-    """Return time, height, period and direction of the waves from a CSV file."""
-    has_utc = UTC_TIME in read_header(file.path, remedy=_RECORD_FORM)
-    if file.begins is not None and not has_utc:
-        problem = f'needs the column {UTC_TIME}; {SECONDS} counts from an unknown start'
-        raise SceneError(file.path, 'begins', file.begins, problem, 'Leave it out.')
-    time = Column(UTC_TIME, utc=True) if has_utc else Column(SECONDS)
-    columns = (time, *_waves(HEIGHT, PERIOD, WAVES_FROM))
-    table = read_table(file.path, columns, remedy=_RECORD_FORM)
-    unknown = {WAVES_FROM: np.full(len(table), math.nan)}
-    values = {**unknown, **table.values, SECONDS: table[time.name]}
-    return Columns(file.path, values, table.places)
-
-
-def _ndbc_table(file: RecordFile) -> Columns:
-    """Return the same from a standard meteorological file, times from 1970 in UTC."""
-    header = read_header(file.path, remedy=_RECORD_FORM, divided=' ')
-    year = next((name for name in _YEARS if name in header), _YEARS[0])
-    # MM is the month in the header, and a missing value in the rows
-    date = (*(Column(name) for name in (year, *_DATE)), Column('mm', optional=True))
-    columns = (*date, *_waves('WVHT', 'DPD', 'MWD'))
-    table = read_table(file.path, columns, remedy=_RECORD_FORM, divided=' ')
-    count = len(table)
-    minutes = table['mm'] if 'mm' in table else np.zeros(count)
-    time_s = np.empty(count)
-    for row in range(count):
-        full_year, month, day, hour = (float(table[name][row]) for name in (year, *_DATE))
-        # files before 1999 have two digits
-        full_year += 1900.0 if full_year < 100.0 else 0.0
-        try:
-            at = utc_on(full_year, month, day, 3600.0 * hour + 60.0 * float(minutes[row]))
-        except ValueError as error:
-            raise table.refusal(row, '', f'has no date and time: {error}') from None
-        time_s[row] = at.timestamp()
-    values = {
-        HEIGHT: table['WVHT'],
-        PERIOD: table['DPD'],
-        WAVES_FROM: table['MWD'] if 'MWD' in table else np.full(count, math.nan),
-        SECONDS: time_s,
-    }
-    return Columns(file.path, values, table.places)
-
-
 _S = TypeVar('_S', bound=Section)
-
-_INSTRUMENTS = ('ndbc', 'datawell', 'spotter', 'triaxys')
-"""Formats of spectra that were read until 0.2.0."""
 
 FILE_FORMS: dict[str, type[Section]] = {
     'sea': SpectrumFile,
@@ -417,14 +358,10 @@ def with_files_read(ship: dict[str, Any], origin: str) -> dict[str, Any]:
     scene, `origin`, and the path of the key, or file and line.
     """
     read = dict(ship)
-    if _holds(ship, 'sea', 'format') and ship['sea']['format'] in _INSTRUMENTS:
-        raise SceneError(
-            origin,
-            'ship.sea.format',
-            ship['sea']['format'],
-            'is a format of instruments, which are no longer read',
-            _SPECTRUM_FORM,
-        )
+    for section, form in (('sea', _SPECTRUM_FORM), ('weather', _RECORD_FORM)):
+        if _holds(ship, section, 'format'):
+            key, problem = f'ship.{section}.format', 'is not a key any more: all files are CSV'
+            raise SceneError(origin, key, ship[section]['format'], problem, form)
     if _holds(ship, 'sea', 'spectrum') and ship['sea']['spectrum'] == 'file':
         read['sea'] = section_read(SpectrumFile, read_spectrum, ship, 'sea.path', origin)
     if _holds(ship, 'rao', 'path'):
