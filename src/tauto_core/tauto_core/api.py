@@ -61,6 +61,12 @@ GONE = {
             'of the result, which knows all observations'
         ),
     ),
+    'plot': (
+        'replay',
+        ArgumentText(
+            ': the stability is drawn by `plot`. Use that, with `stability` for what is drawn'
+        ),
+    ),
     'scheduler': (
         'fleet',
         ArgumentText(
@@ -254,9 +260,8 @@ def replay(
     *,
     scene: File | Scene | None = None,
     stability: bool = False,
-    plot: File | None = None,
     keep: bool = True,
-    smooth: bool = False,
+    **removed: object,
 ) -> Voyage:
     """Estimate drift and longitude again, from a bag alone.
 
@@ -265,9 +270,8 @@ def replay(
         scene: the scene, if the bag does not contain it.
         stability: also estimate the stability of the clock: Allan deviation and related statistics
             against averaging time, with 95 % confidence.
-        plot: draw the stability (.svg, .png, .pdf), replacing the file.
         keep: as for `sail`.
-        smooth: is refused.
+        removed: is refused: `smooth` and `plot` of 0.2.0.
 
     Returns:
         The voyage, with `stability` in its `result` on request.
@@ -279,18 +283,12 @@ def replay(
     from tauto_core import voyage
     from tauto_core.bags import read_bag
 
-    if smooth:
-        raise UsageError(Argument('smooth', value=True), GONE['smooth'][1])
-    drawn = [] if plot is None else _plots(plot)
-    if drawn and not stability:
-        needed = ' draws the stability. Give ', Argument('stability', value=True), ', too'
-        raise UsageError(Argument('plot'), *needed)
+    for name, value in removed.items():
+        _, instead = GONE.get(name, ('', ArgumentText(': is no argument of replay. See its help')))
+        raise UsageError(Argument(name, value), instead)
     loaded = None if scene is None else load(scene)
     opened = read_bag(path('bag', bag))
-    result = voyage.replay(opened, loaded, stability=stability, keep=keep)
-    for file in drawn:
-        result.plot('stability', file)
-    return result
+    return voyage.replay(opened, loaded, stability=stability, keep=keep)
 
 
 def check(

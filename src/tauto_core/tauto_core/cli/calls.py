@@ -44,7 +44,6 @@ Said: TypeAlias = 'Mapping[str, Any] | str | list[RenderableType]'
 OF_PYTHON = {
     'progress': 'the bar on the terminal',
     'keep': 'a command prints the result alone',
-    'smooth': 'is refused before the arguments are read',
 }
 """Arguments that are not options, and why."""
 
