@@ -56,9 +56,6 @@ class Bent(Cam):
     def _lift(self, x):
         return 0.5 * self.b * x**2 + 0.25 * self.c * x**4
 
-    def _rate_gain(self, x):
-        return 3.0 * self.c * x**2
-
 
 class BeyondDeadPoint(LeverGeometry):
     """Goes on beyond its dead point."""

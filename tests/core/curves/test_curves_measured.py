@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-
 import numpy as np
 import pytest
 
@@ -95,15 +93,12 @@ def test_joints_are_smooth_to_the_fourth_derivative():
             assert there == pytest.approx(here, abs=1e-11 * scale)
 
 
-def test_a_tolerance_below_the_errors_names_the_least_one(tmp_path):
+def test_a_tolerance_below_the_errors_is_refused(tmp_path):
     """A curve that follows the errors too closely has a hollow, which the thread would bridge."""
     file = write(tmp_path / 'cam.csv', *measured(error=1e-4))
-    with pytest.raises(SceneError, match='a thread bridges a hollow') as caught:
+    with pytest.raises(SceneError, match=r'hollow.*Use a larger tolerance'):
         trochlea(file, 1e-6).made_cam(9.81)
-    assert caught.value.key == 'trochlea.cam.tolerance'
-    least = float(re.search(r'of at least ([\d.e-]+) m', str(caught.value)).group(1))
-    assert 1e-6 < least < 3e-4
-    assert trochlea(file, least).made_cam(9.81).range_rad == RANGE
+    assert trochlea(file, 3e-4).made_cam(9.81).range_rad == RANGE
 
 
 @pytest.mark.parametrize(
@@ -132,7 +127,7 @@ def test_a_hole_nearer_than_the_longest_arm_is_refused(tmp_path):
     assert (
         trochlea(file, TOLERANCE, HoleThread(distance=0.05)).made_cam(9.81).hole_distance == 0.05
     )
-    with pytest.raises(SceneError, match='is longer than the distance of the hole'):
+    with pytest.raises(SceneError, match='longer than the hole is away'):
         trochlea(file, TOLERANCE, HoleThread(distance=0.02)).made_cam(9.81)
 
 

@@ -1,7 +1,6 @@
-"""Machines that cannot be built: named with value and limit, and the remedy works."""
+"""Machines that cannot be built: named with value, limit and remedy."""
 
 import math
-import re
 
 import numpy as np
 import pytest
@@ -9,8 +8,7 @@ import yaml
 
 from tauto_core.checks.readiness import check_scene
 from tauto_core.machines import compile_machine
-from tauto_core.motion.lever import arc_series
-from tauto_core.scene.errors import PropagationError, SceneError
+from tauto_core.scene.errors import SceneError
 from tauto_core.scene.loader import parse_scene
 
 HOLE, VERTICAL = {'kind': 'hole', 'distance': 0.08}, {'kind': 'vertical'}
@@ -45,48 +43,35 @@ def of_mass(mass):
     return {'kind': 'weight', 'mass': mass}
 
 
-def numbers(message, pattern):
-    found = re.search(pattern, message)
-    assert found, message
-    return [float(each) for each in found.groups()]
-
-
 @pytest.mark.parametrize('thread', [HOLE, VERTICAL], ids=lambda thread: thread['kind'])
 def test_a_spring_too_stiff_for_a_convex_cheek(thread):
-    power = {'kind': 'spring', 'force': 2.0, 'stiffness': 5000.0}
-    message = refusal(**{**SPRING, 'power': power}, thread=thread)
-    assert message.startswith('test: trochlea.power.stiffness = 5000.0: the cheek')
-    assert 'from 0 to 0.58' in message
-    stiffness, period = numbers(
-        message, r'at most ([\d.]+) N/m, or a period of at least ([\d.]+) s'
+    message = refusal(
+        **{**SPRING, 'power': {**SPRING['power'], 'stiffness': 5000.0}}, thread=thread
     )
-    for change in (
-        {'power': {**power, 'stiffness': stiffness}},
-        {'power': power, 'cam': {'kind': 'spring_corrected', 'period': period}},
-    ):
-        machine = compile_machine(scene(**{**SPRING, **change}, thread=thread))
-        angle = np.linspace(1e-6, 3.0, 300)
-        assert np.all(machine.cam.radius_of_curvature(angle) > 0.0)
-    if thread is VERTICAL:
-        # κ < P²/(3 I ω²)
-        assert stiffness == pytest.approx(4.0 / (3 * 4e-4 * math.tau**2), rel=1e-3)
+    assert message.startswith("test: trochlea.cam.kind = 'spring_corrected': has a cheek")
+    assert 'from 0 to 0.58' in message
+    assert 'Use a softer spring, a longer period or a nearer hole' in message
+    # of a vertical thread κ < P²/(3 I ω²)
+    soft = {**SPRING['power'], 'stiffness': 0.999 * 4.0 / (3 * 4e-4 * math.tau**2)}
+    machine = compile_machine(scene(**{**SPRING, 'power': soft}, thread=thread))
+    assert np.all(machine.cam.radius_of_curvature(np.linspace(1e-6, 3.0, 300)) > 0.0)
 
 
 @pytest.mark.parametrize(
     ('changes', 'key', 'said'),
     [
-        ({'power': {'kind': 'force', 'force': 2.0}}, 'power.kind', 'base_radius: 0.00197392'),
+        ({'power': {'kind': 'force', 'force': 2.0}}, 'power.kind', 'cam kind involute'),
         (
             {'power': {**WEIGHT['power'], 'massless': True}},
             'power.massless',
-            'base_radius: 0.00805',
+            'cam kind involute',
         ),
         ({'power': SPRING['power']}, 'power.kind', 'spring_corrected'),
         ({'cam': SPRING['cam']}, 'power.kind', 'weight_corrected'),
         (
             {'power': {'kind': 'force', 'force': 2.0}, 'thread': HOLE},
             'power.kind',
-            'lever_rate: 0.0019',
+            'cam kind hole',
         ),
         ({'cam': {'kind': 'weight_corrected', 'period': 0.0}}, 'cam.period', 'greater than 0'),
         ({'cam': {'kind': 'lever_corrected', 'period': 1.0}}, 'thread.kind', 'thread kind lever'),
@@ -123,61 +108,24 @@ CONSTANT = {
     'power': {'kind': 'force', 'force': 2.0},
     'thread': HOLE,
 }
-MASS_OR_PERIOD = r'at least ([\d.]+) kg .*a period of at least ([\d.]+) s'
-TO_HOLE = r'hole to at least ([\d.]+) m'
+BEYOND = {
+    'weight': ({**WEIGHT, 'release_angle': 9.0}, 'use a heavier weight or a longer period'),
+    'hole': ({**CONSTANT, 'release_angle': 9.0}, 'move the hole away from the axle'),
+    'hole, spring': ({**STIFF, 'release_angle': 30.0}, 'move the hole away from the axle'),
+    'lever': (on_lever(arm=0.01), 'use a smaller cam, a longer lever or a longer thread'),
+    'light weight': (LIGHT, 'use a heavier weight or a longer period'),
+    'hanging': (
+        {**LEVER, 'thread': {'kind': 'hanging', 'length': 0.001}},
+        'use a longer thread or a smaller base_radius',
+    ),
+}
 
 
-def of_period(kind):
-    return lambda value: {'cam': {'kind': kind, 'period': value}}
-
-
-def weight(value):
-    return {'power': of_mass(value)}
-
-
-def hole(value):
-    return {'thread': {'kind': 'hole', 'distance': value * (1 + 1e-5)}}
-
-
-def radius(value):
-    return {'cam': {'kind': 'involute', 'base_radius': value}}
-
-
-REMEDIES = {
-    'weight': ({**WEIGHT, 'release_angle': 9.0}, MASS_OR_PERIOD,
-               [weight, of_period('weight_corrected')]),
-    'weight, hole': ({**WEIGHT, 'thread': HOLE, 'release_angle': 9.0}, MASS_OR_PERIOD,
-                     [weight, of_period('weight_corrected')]),
-    'hole, weight': ({**WEIGHT, 'thread': HOLE, 'release_angle': 8.0}, TO_HOLE, [hole]),
-    'hole, force': ({**CONSTANT, 'release_angle': 9.0}, TO_HOLE, [hole]),
-    'hole, spring': ({**STIFF, 'release_angle': 30.0}, TO_HOLE, [hole]),
-    'lever': (on_lever(arm=0.01),
-              r'base_radius of at most ([\d.e-]+) m or a lever arm of at least ([\d.e-]+) m',
-              [radius, lambda value: on_lever(arm=value)]),
-    'short thread': (on_lever(length=0.01), r'a thread of at least ([\d.e-]+) m',
-                     [lambda value: on_lever(length=value)]),
-    'light weight': (LIGHT, MASS_OR_PERIOD.replace('.*', 'or '),
-                     [weight, of_period('lever_corrected')]),
-    'hanging': ({**LEVER, 'thread': {'kind': 'hanging', 'length': 0.001}},
-                r'at least ([\d.]+) m or a base_radius of at most ([\d.e-]+) m',
-                [lambda value: {'thread': {'kind': 'hanging', 'length': value}}, radius]),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize(('parts', 'pattern', 'changes'), REMEDIES.values(), ids=REMEDIES.keys())
-def test_the_remedy_for_the_range_is_the_nearest(parts, pattern, changes):
+@pytest.mark.parametrize(('parts', 'remedy'), BEYOND.values(), ids=BEYOND.keys())
+def test_a_release_beyond_the_range_names_the_change(parts, remedy):
     message, release = refusal(**parts), parts.get('release_angle', 1.0)
     assert f'trochlea.release_angle = {release}: is beyond' in message
-    for value, change in zip(numbers(message, pattern), changes, strict=True):
-        machine = compile_machine(scene(**parts | change(value)))
-        assert release <= machine.range_rad < 1.0025 * release
-
-
-def test_the_least_mass_on_a_vertical_thread():
-    """The range is πL/(4λ), which grows with the root of the mass."""
-    mass, _ = numbers(refusal(**WEIGHT, release_angle=9.0), MASS_OR_PERIOD)
-    least = 16 * math.pi**4 * 4e-4 * 81 / (math.pi * 9.80665) ** 2
-    assert mass == pytest.approx(least, rel=1e-3)
+    assert f'nearer to rest, or {remedy}.' in message
 
 
 def unresolved(**trochlea):
@@ -187,19 +135,12 @@ def unresolved(**trochlea):
 
 
 def test_a_lever_whose_inertia_no_series_resolves():
-    """Before anything starts, at sea, with integrated motion. The named remedy works."""
+    """Before anything starts, at sea, with integrated motion."""
     heavy = {**LEVER, 'power': {'kind': 'weight', 'mass': 1.0}, 'ship': ROLL}
     error = unresolved(**heavy)
     assert (error.key, error.value, error.exit_code) == ('trochlea.inertia', 4e-4, 2)
     assert '128 Chebyshev coefficients in steps' in error.problem
-    inertia, release = numbers(
-        str(error), r'at least ([\d.e-]+) kg m2 or a release_angle of at most ([\d.]+) rad'
-    )
-    check_scene(scene(**heavy | {'inertia': inertia}))
-    check_scene(scene(**heavy | {'release_angle': release}))
-    for worse in ({'inertia': 0.99 * inertia}, {'release_angle': 1.01 * release}):
-        with pytest.raises(PropagationError, match='too abruptly'):
-            arc_series(compile_machine(scene(**heavy | worse)))
+    check_scene(scene(**heavy | {'release_angle': 0.1}))
 
 
 @pytest.mark.parametrize(
@@ -215,9 +156,7 @@ def test_a_release_too_far_for_any_series(parts):
     far = {'cam': {'kind': 'involute', 'base_radius': 0.02}, **parts}
     error = unresolved(**far, release_angle=-60.0)
     assert (error.key, error.value) == ('trochlea.release_angle', -60.0)
-    (release,) = numbers(str(error), r'a release_angle of at most ([\d.e+]+) rad')
-    check_scene(scene(**far, release_angle=-release))
-    unresolved(**far, release_angle=1.01 * release)
+    assert 'nearer to rest, or use a heavier wheel' in error.remedy
 
 
 @pytest.mark.parametrize(
@@ -263,15 +202,8 @@ def test_a_release_beyond_the_cusp(curve, release):
     changes = {'curve': curve, 'release_arc': release}
     with pytest.raises(SceneError, match='beyond the cusp') as caught:
         compile_machine(in_fluid(**changes))
-    (length,) = numbers(str(caught.value), r'pendulum_length of at least ([\d.]+) m')
-    compile_machine(in_fluid(**changes, pendulum_length=length))
-    with pytest.raises(SceneError):
-        compile_machine(in_fluid(**changes, pendulum_length=0.998 * length))
-
-
-def test_no_pendulum_is_long_enough_for_a_mote():
-    with pytest.raises(SceneError, match='a longer pendulum or a larger or denser body'):
-        compile_machine(in_fluid(diameter=1e-6, release_arc=0.4))
+    assert 'a longer pendulum or a larger or denser body' in str(caught.value)
+    compile_machine(in_fluid(**changes, pendulum_length=5.0))
 
 
 @pytest.mark.parametrize('fluid', [7800.0, 13_534.0])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, NamedTuple
@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from tauto_core.clockwork.trochlea import stale_dial
-from tauto_core.curves.numerics import workable_remedies
 from tauto_core.machines import (
     AnyMachine,
     HangingMachine,
@@ -320,7 +319,7 @@ def _check_start(scene: Scene, machine: AnyMachine, motion: ShipMotion) -> None:
             machine.release_angle,
             f'with the roll at the start the cam feels {angle:.6g} rad, beyond its range of '
             f'±{machine.range_rad:.6g} rad',
-            f'Release the wheel nearer to rest{machine.wider_range(abs(angle))}.',
+            f'Release the wheel nearer to rest{machine.widening}.',
         )
 
 
@@ -332,7 +331,6 @@ def _check_motion(scene: Scene, machine: AnyMachine) -> None:
     from tauto_core.motion.lever import MOST_SHAPE_TERMS
 
     lever = isinstance(machine, LeverMachine)
-    works = _resolvable(machine, lambda trial: _is_resolved(trial, still))
     changes = 'the inertia of weight and lever' if lever else 'the swing'
     raise SceneError(
         scene.name,
@@ -340,29 +338,9 @@ def _check_motion(scene: Scene, machine: AnyMachine) -> None:
         machine.inertia if lever else machine.release_angle,
         f'{changes} changes too abruptly for the series of the motion: at most '
         f'{MOST_SHAPE_TERMS} Chebyshev coefficients in steps, {LARGEST_DEGREE} in closed form',
-        f'Use {works}.' if works else 'Use a lighter weight or a softer spring.',
+        'Release the wheel nearer to rest, or use a heavier wheel, a lighter weight or a softer '
+        'spring.',
     )
-
-
-def _resolvable(
-    machine: Machine | LeverMachine, resolved: Callable[[Machine | LeverMachine], bool]
-) -> str:
-    """Return the nearest machines with a `resolved` motion, or an empty text."""
-
-    def released(angle: float) -> bool:
-        return resolved(replace(machine, release_angle=angle))
-
-    release = ('a release_angle of at most', 'rad', abs(machine.release_angle), 0.5, released)
-    if not isinstance(machine, LeverMachine):
-        return workable_remedies(release)
-    lever = machine
-
-    def heavier(inertia: float) -> bool:
-        trial = lever.with_inertia(inertia)
-        return abs(trial.release_angle) <= trial.range_rad and resolved(trial)
-
-    inertia = ('an inertia of the wheel of at least', 'kg m2', lever.inertia, 2.0, heavier)
-    return workable_remedies(inertia, release)
 
 
 def _is_resolved(machine: Machine | LeverMachine, still: bool) -> bool:

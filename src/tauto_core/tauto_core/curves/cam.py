@@ -30,7 +30,6 @@ from tauto_core.curves.numerics import (
     ArrayFunction,
     bisect,
     bracketed_newton,
-    farther,
     powers_on_unit,
 )
 from tauto_core.samples import FloatArray
@@ -151,8 +150,8 @@ class Cam(ABC):
     """A pair of mirror-image cheeks: t and ψ are odd in ϑ, lift, p, arc and R are even.
 
     A cam gives `range_rad` and its law at angles x = |ϑ| within the range, as arrays of
-    any shape: `_arm`, `_rate`, `_bend`, `_lift` and `_rate_gain`. `cams.table` has these for a cam
-    given by a function (`Fitted`) or by points (`Table`).
+    any shape: `_arm`, `_rate`, `_bend` and `_lift`. `cams.table` has these for a cam given by a
+    function (`Fitted`) or by points (`Table`).
 
     All methods of an angle raise CamRangeError beyond `range_rad`, and at NaN.
 
@@ -160,11 +159,13 @@ class Cam(ABC):
         kinked: whether t has a |ϑ|ϑ term at ϑ = 0, a jump of t''.
         knows_angle_of_lift: whether `angle_of_lift` is a closed form.
         distance: distance of the hole from the axle [m], inf for a vertical thread.
+        widening: the change that widens its range, as the end of a sentence.
     """
 
     kinked: bool = False
     knows_angle_of_lift: bool = False
     distance: float = math.inf
+    widening: ClassVar[str] = ', or give the cam a wider range'
 
     @property
     def lever(self) -> LeverArm:
@@ -196,10 +197,6 @@ class Cam(ABC):
     def _lift(self, x: FloatArray) -> FloatArray:
         """Return h = ∫ t dϑ from 0 [m]."""
 
-    @abstractmethod
-    def _rate_gain(self, x: FloatArray) -> FloatArray:
-        """Return t'(x) − t'(0) [m/rad], without cancellation."""
-
     @property
     def hole_distance(self) -> float:
         """Distance a of the hole from the axle [m], inf for a vertical thread."""
@@ -224,16 +221,6 @@ class Cam(ABC):
     def joints(self) -> FloatArray:
         """Angles within the range at which t is not analytic [rad], increasing."""
         return np.empty(0)
-
-    def wider(self, amplitude: float, mass: float, period: float) -> str:
-        """Return the change that widens the range to an amplitude, as the end of a sentence.
-
-        Args:
-            amplitude: the angle that the cam should allow [rad], > 0.
-            mass: the carried mass [kg].
-            period: period of small swings [s].
-        """
-        return ' or give the cam a wider range'
 
     def lever_arm(self, angle: ArrayLike) -> FloatArray:
         """Return t(ϑ) [m]."""
@@ -299,28 +286,19 @@ class Cam(ABC):
         Positive angles use the cheek at x < 0.
         """
         angle, thread = self._thread(angle)
-        # With s the sine at the hole: c·q·(hanging contact) + t·s·(−sin ϑ, cos ϑ), which has no
-        # cancellation at small angles.
-        scale = thread.cosine * thread.share
-        along = self.lever_arm(angle) * thread.sine
-        x, y = self._hanging_contact(angle)
-        return scale * x - along * np.sin(angle), scale * y + along * np.cos(angle)
-
-    def _hanging_contact(self, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return (t cos ϑ − t' sin ϑ, t sin ϑ + t' cos ϑ): the contact of a vertical thread."""
         arm, rate = self.lever_arm(angle), self.lever_rate(angle)
         sine, cosine = np.sin(angle), np.cos(angle)
-        return arm * cosine - rate * sine, arm * sine + rate * cosine
+        # the contact of a vertical thread, and t·s·(−sin ϑ, cos ϑ) with s the sine at the hole
+        scale, along = thread.cosine * thread.share, arm * thread.sine
+        x = scale * (arm * cosine - rate * sine) - along * sine
+        return x, scale * (arm * sine + rate * cosine) + along * cosine
 
     def arc_length(self, angle: ArrayLike) -> FloatArray:
-        """Return the length of thread wound on the cheek, ∫ R dψ from 0 [m]."""
-        angle, (sine, cosine, rate) = self._thread(np.abs(angle))
-        tip = self.lever_rate(0.0) / self.hole_distance
-        # h + (a − s) + (p − p(0)) with the differences resolved: ∫ t dψ = h + a − s.
-        shift = self._arm(angle) * sine * (cosine + tip + tip * cosine)
-        shift = shift / ((1.0 + cosine) * (1.0 + tip) * (cosine + tip))
-        gained = self._rate_gain(angle) * cosine * cosine / ((cosine + rate) * (cosine + tip))
-        return self._lift(angle) + shift + gained
+        """Return the length of thread wound on the cheek, ∫ R dψ = ∫ t dψ + p − p(0) [m]."""
+        angle, thread = self._thread(np.abs(angle))
+        # a − s = t sin/(1 + cos) for a hole, in ∫ t dψ = h + a − s
+        nearer = self._arm(angle) * thread.sine / (1.0 + thread.cosine)
+        return self._lift(angle) + nearer + (self.p(angle) - self.p(0.0))
 
     def radius_of_curvature(self, angle: ArrayLike) -> FloatArray:
         """Return R = sgn ϑ·(t + dp/dψ) [m].
@@ -378,11 +356,13 @@ _PROBES = 2000
 _FLAT = 1e-12
 
 
-def possible_cam(cam: Cam, kind: str) -> Cam:
+def possible_cam(
+    cam: Cam, kind: str, if_hollow: str = 'let the lever arm bend down less there'
+) -> Cam:
     """Return a cam after a check over its range, or over a turn if that is unlimited.
 
     SceneError, with the kind: a lever arm that is not a number or does not drive the wheel back,
-    one longer than the hole is away, or a hollow cheek.
+    one longer than the hole is away, or a hollow cheek, with the remedy `if_hollow`.
     """
     edge = cam.range_rad if math.isfinite(cam.range_rad) else cam.drawn_rad
     if not edge > 0.0:
@@ -407,7 +387,7 @@ def possible_cam(cam: Cam, kind: str) -> Cam:
             kind,
             f'has a lever arm of {arms[at]:.6g} m at {angles[at]:.6g} rad, longer than the hole '
             f'is away, trochlea.thread.distance = {cam.hole_distance!r} m',
-            f'End the cam before {angles[at]:.6g} rad{farther(float(arms.max()))}.',
+            f'End the cam before {angles[at]:.6g} rad, or move the hole away.',
         )
     stretch = hollow(cam, edge)
     if stretch is not None:
@@ -415,8 +395,9 @@ def possible_cam(cam: Cam, kind: str) -> Cam:
             f'has a cheek that would be hollow from {stretch[0]:.6g} to {stretch[1]:.6g} rad (a '
             'radius of curvature below 0), and a thread bridges a hollow'
         )
-        change = f'End the cam before {stretch[0]:.6g} rad, or let' if stretch[0] > 0.0 else 'Let'
-        raise _impossible(kind, problem, f'{change} the lever arm bend down less there.')
+        earlier = f'end the cam before {stretch[0]:.6g} rad, or ' if stretch[0] > 0.0 else ''
+        remedy = f'{earlier}{if_hollow}.'
+        raise _impossible(kind, problem, remedy[0].upper() + remedy[1:])
     return cam
 
 
@@ -773,10 +754,12 @@ class CamKind(Kind):
     Attributes:
         threads: the kinds of thread that it takes.
         corrects: its power, as in `PowerKind.acts_as`, or '' for any.
+        if_hollow: remedy for a hollow cheek, as a clause.
     """
 
     threads: ClassVar[tuple[str, ...]]
     corrects: ClassVar[str] = ''
+    if_hollow: ClassVar[str] = 'let the lever arm bend down less there'
 
     kind: str
     material: NamedMaterial | None = Field(
@@ -788,7 +771,7 @@ class CamKind(Kind):
         """Return the cam for an ideal thread.
 
         Raises:
-            SceneError: a cheek that no thread can wrap, or an unusable table.
+            SceneError: no such cam, or an unusable table.
         """
         raise self._no_cheek('an ideal thread')
 

@@ -19,14 +19,13 @@ tangent (`ArcLeverGeometry`). The fulcrum is to starboard of the thread, or to p
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple, cast
 
 import numpy as np
 
-from tauto_core.curves.numerics import bisect, bracketed_newton, choices, sine_defect
+from tauto_core.curves.numerics import bisect, bracketed_newton, sine_defect
 from tauto_core.samples import FloatArray
 
 # -----------------------------------------------------------------------------
@@ -68,20 +67,6 @@ class LeverSetting(NamedTuple):
     varies: bool = False
 
 
-class Loads(NamedTuple):
-    """Torque and inertia of a lever as functions of the mass of its weight.
-
-    Attributes:
-        mass: mass of the present weight [kg].
-        period: period of small swings [s].
-        of_mass: torque [N m] and inertia [kg m2] about the fulcrum for a mass.
-    """
-
-    mass: float
-    period: float
-    of_mass: Callable[[float], tuple[float, float]]
-
-
 class Pose(NamedTuple):
     """Positions of the parts, arrays of any one shape.
 
@@ -108,6 +93,7 @@ class LeverLinkage(ABC):
         length: l₀ of the free thread at rest [m].
         side: 1 with the fulcrum to starboard of the thread, −1 to port.
         inclination: β₀ of the lever above the level at rest [rad].
+        widening: the change that widens its range, as the end of a sentence.
     """
 
     base_radius: float
@@ -115,6 +101,7 @@ class LeverLinkage(ABC):
     length: float
     side: float = 1.0
     inclination: float = 0.0
+    widening: str = ', or use a smaller cam, a longer lever or a longer thread'
 
     @abstractmethod
     def u_per_tau(self, tau: FloatArray) -> FloatArray:
@@ -135,14 +122,6 @@ class LeverLinkage(ABC):
     @abstractmethod
     def slopes(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return dβ/dθ, the ratio of the two lever arms, and d²β/dθ² [1/rad]."""
-
-    @abstractmethod
-    def wider(self, amplitude: float, loads: Loads) -> str:
-        """Return the change that widens the range to an amplitude, as the end of a sentence."""
-
-    @abstractmethod
-    def of_inertia(self, inertia: float) -> LeverLinkage:
-        """Return the linkage for another wheel [kg m2]."""
 
     def pull_cosine(self, beta: FloatArray, delta: FloatArray) -> FloatArray:
         """Return the distance of the thread from the fulcrum over AB: cos(β − δ), 1 on an arc."""
@@ -247,31 +226,6 @@ class LeverGeometry(LeverLinkage):
         inclines = -(self.base_radius + self.arm * ratio * sine) / free
         second = self.base_radius * (1.0 - inclines) / arm
         return ratio, second + ratio * sine / cosine * (ratio - inclines)
-
-    def wider(self, amplitude: float, loads: Loads) -> str:
-        """Return the change that widens the range to an amplitude, as the end of a sentence.
-
-        A smaller cam winds up less thread. A longer lever or thread may also help.
-        """
-
-        def holds(**change: float) -> bool:
-            return replace(self, **change).range_rad >= amplitude
-
-        return choices(
-            (
-                'a base_radius of at most',
-                'm',
-                self.base_radius,
-                0.5,
-                lambda to: holds(base_radius=to),
-            ),
-            ('a lever arm of at least', 'm', self.arm, 2.0, lambda to: holds(arm=to)),
-            ('a thread of at least', 'm', self.length, 2.0, lambda to: holds(length=to)),
-        )
-
-    def of_inertia(self, inertia: float) -> LeverGeometry:
-        """Return itself: an involute does not depend on the wheel."""
-        return self
 
     def _wound(self, tau: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return (l₀² − l²)/τ² [m2] and l [m]."""
@@ -380,7 +334,7 @@ class MirroredLever(LeverLinkage):
     side = -1.0
 
     def __post_init__(self) -> None:
-        for name in ('base_radius', 'arm', 'length', 'inclination'):
+        for name in ('base_radius', 'arm', 'length', 'inclination', 'widening'):
             object.__setattr__(self, name, getattr(self.linkage, name))
 
     def u_per_tau(self, tau: FloatArray) -> FloatArray:
@@ -422,14 +376,6 @@ class MirroredLever(LeverLinkage):
         """Return the point at which the thread leaves it, (x, y) in the wheel's frame [m]."""
         x, y = cast(Any, self.linkage).contact(-tau)
         return -x, y
-
-    def wider(self, amplitude: float, loads: Loads) -> str:
-        """Return the remedy of the linkage."""
-        return self.linkage.wider(amplitude, loads)
-
-    def of_inertia(self, inertia: float) -> MirroredLever:
-        """Return the linkage for another wheel [kg m2]."""
-        return MirroredLever(self.linkage.of_inertia(inertia))
 
     def _usable(self, tau: FloatArray) -> np.ndarray:
         return self.linkage._usable(-tau)

@@ -1,4 +1,4 @@
-"""Numerics of curves: differences, roots, the nearest value, series, quadrature, splines."""
+"""Numerics of curves: differences, roots, series, quadrature, splines."""
 
 from __future__ import annotations
 
@@ -34,16 +34,6 @@ def sine_defect(x: FloatArray) -> FloatArray:
     for k in range(9, 1, -1):  # the first term left out is 1e-19 of the sum at |x| = 1
         tail = 1.0 - square / (2 * k * (2 * k + 1)) * tail
     return np.where(np.abs(x) < 1.0, small * square / 6.0 * tail, x - np.sin(x))
-
-
-def involute_defect(x: FloatArray) -> FloatArray:
-    """Return sin x − x cos x, by its power series for |x| < 1."""
-    small = np.where(np.abs(x) < 1.0, x, 0.0)
-    square = small * small
-    tail = np.ones_like(square)
-    for k in range(9, 0, -1):  # the first term left out is 3e-21 of the sum at |x| = 1
-        tail = 1.0 - square / (2 * k * (2 * k + 3)) * tail
-    return np.where(np.abs(x) < 1.0, small * square / 3.0 * tail, np.sin(x) - x * np.cos(x))
 
 
 def arctangent_defect(x: FloatArray) -> FloatArray:
@@ -139,68 +129,6 @@ def bisect(holds: Callable[[float], bool], good: float, bad: float) -> tuple[flo
         middle = 0.5 * (good + bad)
         good, bad = (middle, bad) if holds(middle) else (good, middle)
     return good, bad
-
-
-# -----------------------------------------------------------------------------
-# The nearest value that works, which errors name as the remedy.
-
-FACTORS_TRIED = 40
-"""Factors after which `nearest_if_any` gives up."""
-
-
-def nearest(value: float, factor: float, works: Callable[[float], bool]) -> float:
-    """Return the nearest value that works, in the direction of the factor ≠ 1.
-
-    The value > 0 does not work, and all beyond the first that works must work. The result is
-    rounded to four digits, away from the value.
-    """
-    while (candidate := nearest_if_any(value, factor, works)) is None:
-        value *= factor**FACTORS_TRIED
-    return candidate
-
-
-def nearest_if_any(value: float, factor: float, works: Callable[[float], bool]) -> float | None:
-    """Return the same, if FACTORS_TRIED steps by the factor reach it."""
-    bad, good = value, value * factor
-    for _ in range(FACTORS_TRIED):
-        if works(good):
-            break
-        bad, good = good, good * factor
-    else:
-        return None
-    # 20 halvings are finer than the printed digits
-    for _ in range(20):
-        middle = math.sqrt(bad) * math.sqrt(good)
-        bad, good = (bad, middle) if works(middle) else (middle, good)
-    exponent = math.floor(math.log10(good)) - 3
-    share = good / 10.0**exponent
-    digits, step = (math.ceil(share), 1) if factor > 1.0 else (math.floor(share), -1)
-    # test the number as typed: near the edge rounding decides
-    while not works(typed := float(f'{digits}e{exponent}')):
-        digits += step
-    return typed
-
-
-def farther(arm: float) -> str:
-    """Return the remedy for a lever arm too long for the hole [m]."""
-    return f', or move the hole to at least {arm:.6g} m from the axle'
-
-
-def choices(*remedies: tuple[str, str, float, float, Callable[[float], bool]]) -> str:
-    """Return the remedies that work, as the end of a sentence, or ''."""
-    words = workable_remedies(*remedies)
-    return f', or use {words}' if words else ''
-
-
-def workable_remedies(*remedies: tuple[str, str, float, float, Callable[[float], bool]]) -> str:
-    """Return the remedies that work, from words, unit, value, direction and test of each."""
-    values = (
-        (words, unit, nearest_if_any(value, factor, works))
-        for words, unit, value, factor, works in remedies
-    )
-    return ' or '.join(
-        f'{words} {value:.4g} {unit}' for words, unit, value in values if value is not None
-    )
 
 
 # -----------------------------------------------------------------------------

@@ -127,7 +127,7 @@ def compile_trochlea(scene: SceneParts) -> AnyMachine:
             'trochlea.release_angle',
             released,
             f'is beyond {machine.limited_by} ±{edge!r} rad',
-            f'Release the wheel nearer to rest{machine.wider_range(abs(released))}.',
+            f'Release the wheel nearer to rest{machine.widening}.',
         )
     return machine
 

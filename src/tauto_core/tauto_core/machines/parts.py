@@ -471,9 +471,6 @@ class Regulator(Protocol):
     def period(self, amplitude: float) -> float:
         """Return the period of free swings on land, without drag [s]."""
 
-    def wider_range(self, amplitude: float) -> str:
-        """Return the change that widens the range to an amplitude, as the end of a sentence.
-
-        Args:
-            amplitude: the amplitude that the range should include [rad], > 0.
-        """
+    @property
+    def widening(self) -> str:
+        """The change that widens its range, as the end of a sentence."""

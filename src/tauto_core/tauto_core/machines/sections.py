@@ -8,14 +8,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Any, Literal, cast
+from typing import TYPE_CHECKING, Annotated, Literal, cast
 
 import numpy as np
 from pydantic import Field
 
 from tauto_core.curves.cam import CAMS, Cam, CamKind
 from tauto_core.curves.materials import MATERIALS, NamedMaterial, as_written, material
-from tauto_core.curves.numerics import nearest_if_any
 from tauto_core.machines.drags import Drag
 from tauto_core.machines.heat import (
     COLDEST,
@@ -173,7 +172,6 @@ class Trochlea(Section):
 
     def problems(
         self,
-        gravity: float,
         drag: DragKind | None,
         escapement: EscapementKind | None,
         *,
@@ -190,13 +188,13 @@ class Trochlea(Section):
                 f'Use thread kind {" or ".join(fitting)}, or a cam of kind {", ".join(cams)}.',
             )
         if self.cam.corrects not in ('', self.power.acts_as):
-            yield self._not_corrected(gravity)
+            yield self._not_corrected()
         yield from self._power_problems()
         yield from self.thread.problems(self.power, drag, escapement)
         # at rest in the middle only recoil pushes the wheel
         recoil = 0.0 if escapement is None else escapement.recoil
-        turned = self.parts(gravity, drag, escapement).drag
-        friction = 0.0 if turned is None else turned.coulomb
+        friction = 0.0 if drag is None else drag.coulomb
+        friction += 0.0 if escapement is None else escapement.friction
         yield from wrong(
             (
                 self.imbalance is not None and self.thread.moves_the_weight,
@@ -314,28 +312,18 @@ class Trochlea(Section):
             ),
         )
 
-    def _not_corrected(self, gravity: float) -> Problem:
+    def _not_corrected(self) -> Problem:
         """Return the problem of a power for which the cam was not made."""
-        cam, power = cast(Any, self.cam), self.power
-        omega = math.tau / cam.period
-        rate = self.inertia * omega * omega / power.pull.at_rest(gravity)
-        if power.acts_as == 'force':
-            plain = (
-                f'cam {{kind: involute, base_radius: {rate:.6g}}}'
-                if self.thread.kind == 'vertical'
-                else f'cam {{kind: hole, lever_rate: {rate:.6g}}}'
-            )
-            remedy = f'a pull without inertia or stiffness needs {plain}'
-        else:
-            correctors = (kind_of(kind) for kind in cam_kinds() if kind.corrects == power.acts_as)
-            remedy = f'{power.words} needs cam kind {next(correctors, "synthesised")}'
+        power, plain = self.power, 'involute' if self.thread.kind == 'vertical' else 'hole'
+        made = [kind_of(kind) for kind in cam_kinds() if kind.corrects == power.acts_as]
+        fitting = plain if power.acts_as == 'force' else [*made, 'synthesised'][0]
         weightless = power.kind == 'weight' and power.acts_as == 'force'
         return Problem(
             'trochlea.power.massless' if weightless else 'trochlea.power.kind',
             True if weightless else power.kind,
-            f'does not go with trochlea.cam.kind {cam.kind}, which is made for power kind '
-            f'{cam.corrects}',
-            f'For the period of {cam.period!r} s {remedy}.',
+            f'does not go with trochlea.cam.kind {self.cam.kind}, which is made for power kind '
+            f'{self.cam.corrects}',
+            f'For {power.words} use cam kind {fitting}.',
         )
 
 
@@ -646,7 +634,7 @@ def compile_fluid_pendulum(
             'regulator.release_arc',
             start,
             f'is beyond the {limit} at {edge!r} m',
-            f'Release the body nearer to A, or give {_long_enough(regulator)}.',
+            'Release the body nearer to A, or give a longer pendulum or a larger or denser body.',
         )
     from tauto_core.machines.fluid_pendulum import FluidPendulum
 
@@ -688,17 +676,3 @@ def compile_fluid_pendulum(
                 'Give less friction, or release the body farther from A.',
             )
     return machine
-
-
-def _long_enough(regulator: FluidTautochroneRegulator) -> str:
-    """Return the shortest pendulum, if one is found, with the release on the curve."""
-    start = regulator.release_arc
-
-    def holds(trial: float) -> bool:
-        curve = make_descent_curve(regulator.model_copy(update={'pendulum_length': trial}))
-        return abs(start) <= abs(curve.descent_cusp if start > 0.0 else curve.ascent_cusp)
-
-    length = None if regulator.of else nearest_if_any(regulator.pendulum_length, 2.0, holds)
-    if length is None:
-        return 'a longer pendulum or a larger or denser body'
-    return f'a pendulum_length of at least {length:.4g} m'

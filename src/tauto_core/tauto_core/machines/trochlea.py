@@ -156,9 +156,10 @@ class Machine:
         """Return ϑ of the wheel at `angle` in its case, for a tilt of the apparent vertical."""
         return angle - tilt if self.follows_apparent_vertical else angle
 
-    def wider_range(self, amplitude: float) -> str:
-        """Return the change that widens the range to an amplitude, as the end of a sentence."""
-        return self.cam.wider(amplitude, self.carried_mass, self.small_period)
+    @property
+    def widening(self) -> str:
+        """The change that widens the range, as the end of a sentence."""
+        return self.cam.widening
 
     def pull(self, lift: ArrayLike, apparent_gravity: ArrayLike | None = None) -> FloatArray:
         """Return F = P + κh + m g_eff [N] at the lift h, by default on land."""
@@ -480,7 +481,9 @@ class ThreadKind(Kind):
         Raises:
             SceneError: an impossible cam (`possible_cam`).
         """
-        return possible_cam(parts.cam.made(self.setting(parts)), parts.cam.kind)
+        return possible_cam(
+            parts.cam.made(self.setting(parts)), parts.cam.kind, parts.cam.if_hollow
+        )
 
     def machine(self, parts: Parts) -> Regulator:
         """Return the machine.

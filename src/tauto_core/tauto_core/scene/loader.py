@@ -366,9 +366,7 @@ class Scene(Section):
                     'Leave it out.',
                 )
         if self.trochlea is not None:
-            yield from self.trochlea.problems(
-                self.g, self.drag, self.escapement, still=self.lies_still
-            )
+            yield from self.trochlea.problems(self.drag, self.escapement, still=self.lies_still)
         if self.escapement is not None:
             yield from self.escapement.problems()
         if self.trochlea is None and self.regulator is None:

@@ -27,7 +27,6 @@ from tauto_core.scene.errors import Argument, UsageError
 from tauto_core.scene.loader import Scene, parse_scene, write_mapping
 from tauto_core.scene.refuse import models_of, one_of
 from tauto_core.scene.sections import Kind, KindIn, LogFile, Section, kind_of, kinds_in
-from tauto_core.scene.times import STANDARD_GRAVITY
 from tauto_core.scene.units import NUMBER, declared, units_table
 from tauto_core.ship.airs import AirRecordFile
 from tauto_core.ship.hindcast import AirHindcastFile, HindcastFile
@@ -467,7 +466,7 @@ def goes_together(cam: str, thread: str, power: str, escapement: str) -> bool:
         model = _model('escapement', escapement)
         gives = cast(EscapementKind, model.model_validate(_started('escapement', escapement)))
     drag = Drag.model_validate(Drag.starter) if escapement else None
-    return not list(valid.problems(STANDARD_GRAVITY, drag, gives, still=False))
+    return not list(valid.problems(drag, gives, still=False))
 
 
 @cache

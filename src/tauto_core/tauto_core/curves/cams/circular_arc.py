@@ -60,16 +60,6 @@ class CircularArc(Cam):
         sine = np.sin(0.5 * x)
         return 2.0 * self.root_depth * (sine * sine) + self.radius * sine_defect(x)
 
-    def _rate_gain(self, x: FloatArray) -> FloatArray:
-        sine = np.sin(0.5 * x)
-        return self.radius * np.sin(x) - 2.0 * self.root_depth * (sine * sine)
-
-    def _hanging_contact(self, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
-        sine = np.sin(0.5 * angle)
-        drop = 2.0 * self.radius * (sine * sine)
-        side = self.root_depth + self.radius * np.sin(np.abs(angle))
-        return -np.copysign(drop, angle), side
-
 
 class CircularArcCam(CamKind):
     """Cheek of a circular arc, assumed for the clocks before Euler (A in wheel.md)."""

@@ -12,8 +12,7 @@ with a hole. A vertical thread is the limit of a long one (A in wheel.md).
 from __future__ import annotations
 
 import math
-from abc import abstractmethod
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
@@ -27,52 +26,24 @@ from tauto_core.curves.cam import (
     PeriodCam,
     Setting,
     SpringLever,
-    hollow,
     rate_for_period,
 )
 from tauto_core.curves.cams.linear import LinearCam
 from tauto_core.curves.numerics import (
-    arctangent_defect,
     bisect,
     bracketed_newton,
-    farther,
-    involute_defect,
-    nearest,
-    nearest_if_any,
     sine_defect,
 )
 from tauto_core.samples import FloatArray
-from tauto_core.scene.errors import SceneError
 
+AWAY = ', or move the hole away from the axle'
+FURTHER = ', or give trochlea.power.points up to a larger lift'
 STEEPEST_THREAD = 1000.0
 """tan χ at the edge of a weight's cam on a vertical thread, near the pole of t."""
 
 
-class CorrectedCam(Cam):
-    """A cam that makes one power train isochronous by a lever arm other than t'(0)·ϑ.
-
-    Attributes:
-        rate: t'(0) [m/rad], > 0.
-        distance: distance of the hole from the axle, a [m], inf for a vertical thread.
-    """
-
-    rate: float
-    distance: float
-    knows_angle_of_lift = True
-
-    @abstractmethod
-    def _arm_gain(self, x: FloatArray) -> FloatArray:
-        """Return t(x) − t'(0)·x [m], without cancellation."""
-
-    def _hanging_contact(self, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
-        x, sine, cosine = np.abs(angle), np.sin(angle), np.cos(angle)
-        arm, gain = np.copysign(1.0, angle) * self._arm_gain(x), self._rate_gain(x)
-        across = -self.rate * involute_defect(angle) + (arm * cosine - gain * sine)
-        return across, self.rate * (cosine + angle * sine) + (arm * sine + gain * cosine)
-
-
 @dataclass(frozen=True)
-class WeightCorrected(CorrectedCam):
+class WeightCorrected(Cam):
     """The isochronous cam for a weight with inertia.
 
     With λ = √(I/m), L = λ²/r = g/ω² and the slope χ of the cycloid:
@@ -89,6 +60,8 @@ class WeightCorrected(CorrectedCam):
     rate: float
     mass_ratio: float
     distance: float = math.inf
+    knows_angle_of_lift = True
+    widening = ', or use a heavier weight or a longer period'
 
     @property
     def suits(self) -> tuple[float, float]:
@@ -181,50 +154,15 @@ class WeightCorrected(CorrectedCam):
         square = slope * slope
         return 0.5 * self.length * (square / (1.0 + square))
 
-    def _rate_gain(self, x: FloatArray) -> FloatArray:
-        slope = self._slope(x)
-        square = slope * slope
-        return np.asarray(self.rate * square * (2.0 + square))
-
-    def _arm_gain(self, x: FloatArray) -> FloatArray:
-        slope = self._slope(x)
-        square = slope * slope
-        bent = arctangent_defect(slope) + slope * (square / (1.0 + square))
-        return 0.5 * self.gyration * bent
-
     def angle_of_lift(self, lift: ArrayLike) -> FloatArray:
         """Return the ϑ ≥ 0 of a lift [rad], for 0 ≤ h ≤ h(range)."""
         lift, highest = self._reached(lift)
         square = 2.0 * np.minimum(lift, highest) / self.length
         return np.minimum(self.angle_of_slope(np.sqrt(square / (1.0 - square))), self.range_rad)
 
-    def wider(self, amplitude: float, mass: float, period: float) -> str:
-        """Return the change that widens the range to an amplitude, as the end of a sentence.
-
-        A heavier weight or a longer period needs shorter lever arms.
-        """
-
-        def heavier(trial: float) -> bool:
-            share = trial / mass
-            wider = replace(self, rate=self.rate / share, mass_ratio=self.mass_ratio * share)
-            return wider.range_rad >= amplitude
-
-        def slower(trial: float) -> bool:
-            share = trial / period
-            return replace(self, rate=self.rate / (share * share)).range_rad >= amplitude
-
-        heaviest, slowest = nearest(mass, 2.0, heavier), nearest(period, 2.0, slower)
-        hanging = replace(self, distance=math.inf)
-        reachable = hanging.range_rad >= amplitude
-        away = farther(float(hanging.lever_arm(amplitude))) if reachable else ''
-        return (
-            f', or use a weight of at least {heaviest:.4g} kg (this one is too light for the '
-            f'period, or the wheel too heavy), or a period of at least {slowest:.4g} s{away}'
-        )
-
 
 @dataclass(frozen=True)
-class SpringCorrected(CorrectedCam):
+class SpringCorrected(Cam):
     """The isochronous cam for a spring of any stiffness without mass.
 
     With b = I ω²/P and c² = bκ/P: t = bϑ/√(1 + c²ϑ²), h = bϑ²/(1 + √(1 + c²ϑ²)), the involute as
@@ -240,6 +178,8 @@ class SpringCorrected(CorrectedCam):
     rate: float
     stiffness_ratio: float
     distance: float = math.inf
+    knows_angle_of_lift = True
+    widening = AWAY
 
     @property
     def lever(self) -> SpringLever:
@@ -286,17 +226,6 @@ class SpringCorrected(CorrectedCam):
     def _lift(self, x: FloatArray) -> FloatArray:
         return self.rate * x * x / (1.0 + np.sqrt(self._square(x)))
 
-    def _rate_gain(self, x: FloatArray) -> FloatArray:
-        # expm1 and log1p do not cancel for small x
-        return self.rate * np.expm1(-1.5 * np.log1p(self.bend * x * x))
-
-    def _arm_gain(self, x: FloatArray) -> FloatArray:
-        return self.rate * x * np.expm1(-0.5 * np.log1p(self.bend * x * x))
-
-    def wider(self, amplitude: float, mass: float, period: float) -> str:
-        """Return the change that widens the range to an amplitude, as the end of a sentence."""
-        return farther(float(replace(self, distance=math.inf).lever_arm(amplitude)))
-
 
 # -----------------------------------------------------------------------------
 # A force F(H) without mass that depends on the lift does the work E(H) = ∫ F dH. On a cam with the
@@ -312,7 +241,7 @@ _PROBES = 2000
 
 
 @dataclass(frozen=True)
-class ForceTableCorrected(CorrectedCam):
+class ForceTableCorrected(Cam):
     """The isochronous cam for a force F(h) without mass.
 
     E(h) = ½F(0) b ϑ², with E = ∫ F dh: the torque F t is exactly F(0) b ϑ = I ω²ϑ, and
@@ -330,6 +259,8 @@ class ForceTableCorrected(CorrectedCam):
     rate: float
     law: ForceLaw
     distance: float = math.inf
+    knows_angle_of_lift = True
+    widening = f'{FURTHER}{AWAY}'
 
     @property
     def _stiffness(self) -> float:
@@ -341,15 +272,10 @@ class ForceTableCorrected(CorrectedCam):
         angle = np.sqrt(2.0 * self.law.energy(lift) / self._stiffness)
         return np.asarray(np.minimum(angle, self.range_rad))
 
-    @property
-    def _edge(self) -> float:
-        """Angle at which the table ends [rad]."""
-        return math.sqrt(2.0 * float(self.law.energy(self.law.longest)) / self._stiffness)
-
     @cached_property
     def range_rad(self) -> float:
         """Angle at which the table ends, or t reaches the hole [rad]."""
-        edge = self._edge
+        edge = math.sqrt(2.0 * float(self.law.energy(self.law.longest)) / self._stiffness)
         if math.isinf(self.distance):
             return edge
 
@@ -367,17 +293,6 @@ class ForceTableCorrected(CorrectedCam):
         """Angles at which F is joined [rad]."""
         angles = np.sqrt(2.0 * self.law.energy(self.law.joints) / self._stiffness)
         return np.asarray(angles[angles < self.range_rad])
-
-    def wider(self, amplitude: float, mass: float, period: float) -> str:
-        """Return the change that widens the range to an amplitude, as the end of a sentence."""
-        if amplitude <= self._edge:
-            return farther(float(self._arm(np.linspace(0.0, amplitude, _PROBES)).max()))
-        needed = 0.5 * self._stiffness * amplitude * amplitude
-        return (
-            f', or give trochlea.power.points up to a lift at which the force has done '
-            f'{needed:.6g} J (they end at {self.law.longest!r} m, after '
-            f'{float(self.law.energy(self.law.longest)):.6g} J)'
-        )
 
     def _lift(self, x: FloatArray) -> FloatArray:
         return self.law.lift_of_energy(0.5 * self._stiffness * x * x)
@@ -397,23 +312,6 @@ class ForceTableCorrected(CorrectedCam):
         arm = self._stiffness * x / force
         rate = (self._stiffness - slope * arm * arm) / force
         return np.asarray(-(3.0 * slope * rate + self.law.bend(lift) * arm * arm) * arm / force)
-
-    def _risen(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the lift, F, and F − F(0) without cancellation near rest."""
-        lift = self._lift(x)
-        coefficients, knot = self.law.splines.force.c, float(self.law.splines.force.x[1])
-        series = lift * np.polynomial.polynomial.polyval(lift, coefficients[-2::-1, 0])
-        force = self.law.force(lift)
-        return lift, force, np.where(lift < knot, series, force - self.law.at_rest)
-
-    def _rate_gain(self, x: FloatArray) -> FloatArray:
-        lift, force, risen = self._risen(x)
-        arm = self._stiffness * x / force
-        return np.asarray(-(self.rate * risen + self.law.slope(lift) * arm * arm) / force)
-
-    def _arm_gain(self, x: FloatArray) -> FloatArray:
-        _, force, risen = self._risen(x)
-        return np.asarray(-self.rate * x * risen / force)
 
 
 def pulled(cam: Cam, law: ForceLaw) -> Cam:
@@ -436,6 +334,7 @@ class EquivalentCam(Cam):
     cam: Cam
     law: ForceLaw
     scale: float = 1.0
+    widening = f'{FURTHER}{Cam.widening}'
 
     @cached_property
     def range_rad(self) -> float:
@@ -454,16 +353,6 @@ class EquivalentCam(Cam):
         angles = self.cam.angle_of_lift(lifts[lifts < highest] / self.scale)
         joints = np.unique(np.concatenate([self.cam.joints, angles]))
         return np.asarray(joints[joints < edge])
-
-    def wider(self, amplitude: float, mass: float, period: float) -> str:
-        """Return the change that widens the range to an amplitude, as the end of a sentence."""
-        if amplitude > self.cam.range_rad:
-            return self.cam.wider(amplitude, mass, period)
-        reached = self.scale * float(self.cam.lift(amplitude))
-        return (
-            f', or give trochlea.power.points up to a lift of {reached:.6g} m (they end at '
-            f'{self.law.longest!r} m)'
-        )
 
     def angle_of_lift(self, lift: ArrayLike) -> FloatArray:
         """Return the ϑ ≥ 0 of a lift h* [rad]."""
@@ -498,9 +387,6 @@ class EquivalentCam(Cam):
         lift, _ = self._forced(x)
         return self.law.energy(lift) / self.law.at_rest
 
-    def _rate_gain(self, x: FloatArray) -> FloatArray:
-        return self._rate(x) - self._rate(np.zeros_like(x))
-
 
 @dataclass(frozen=True, eq=False)
 class LinearisedCam(LinearCam):
@@ -517,6 +403,7 @@ class LinearisedCam(LinearCam):
     edge: float
     cam: Cam
     law: ForceLaw
+    widening = ForceTableCorrected.widening
 
     @property
     def linear_rate(self) -> float:
@@ -527,10 +414,6 @@ class LinearisedCam(LinearCam):
     def range_rad(self) -> float:
         """Range of the cam [rad]."""
         return self.edge
-
-    def wider(self, amplitude: float, mass: float, period: float) -> str:
-        """Return the change that widens the range to an amplitude, as the end of a sentence."""
-        return self.cam.wider(amplitude, mass, period)
 
 
 # -----------------------------------------------------------------------------
@@ -555,71 +438,31 @@ class SpringCorrectedCam(PeriodCam):
     """The isochronous cam for a spring with stiffness, for one period (D in cams.md)."""
 
     corrects = 'spring'
+    if_hollow = 'use a softer spring, a longer period or a nearer hole'
     rank = 6
 
     kind: Literal['spring_corrected'] = 'spring_corrected'
 
     def made(self, setting: Setting) -> SpringCorrected:
-        """Return the cam for the wheel and its spring. SceneError: a hollow cheek."""
-        pull, distance = setting.pull, setting.distance
-
-        def cam(period: float, stiffness: float) -> SpringCorrected:
-            rate = rate_for_period(setting, period)
-            return SpringCorrected(rate, stiffness / pull.force, distance)
-
-        shape = cam(self.period, pull.stiffness)
-        stretch = hollow(shape)
-        if stretch is None:
-            return shape
-        softest = nearest(
-            pull.stiffness, 0.5, lambda value: hollow(cam(self.period, value)) is None
-        )
-        slowest = nearest(
-            self.period, 2.0, lambda value: hollow(cam(value, pull.stiffness)) is None
-        )
-        nearer = '' if math.isinf(distance) else ', or bring the hole nearer'
-        raise SceneError(
-            'trochlea',
-            'trochlea.power.stiffness',
-            pull.stiffness,
-            f'the cheek of spring_corrected would be hollow from {stretch[0]:.6g} to '
-            f'{stretch[1]:.6g} rad, and a thread bridges a hollow',
-            f'Use a stiffness of at most {softest:.4g} N/m, or a period of at least {slowest:.4g} '
-            f's{nearer}.',
-        )
+        """Return the cam for the wheel and its spring."""
+        rate, pull = rate_for_period(setting, self.period), setting.pull
+        return SpringCorrected(rate, pull.stiffness / pull.force, setting.distance)
 
 
 class ForceTableCorrectedCam(PeriodCam):
     """The isochronous cam for a force given by a table, for one period (D in cams.md)."""
 
     corrects = 'force_table'
+    if_hollow = 'use a longer period, or points of a force that rises less with the lift'
     rank = 10
 
     kind: Literal['force_table_corrected'] = 'force_table_corrected'
 
     def made(self, setting: Setting) -> ForceTableCorrected:
-        """Return the cam for the wheel and its force. SceneError: a hollow cheek."""
+        """Return the cam for the wheel and its force."""
         law = setting.pull.law
         assert law is not None  # by `corrects`
-
-        def cam(period: float) -> ForceTableCorrected:
-            return ForceTableCorrected(rate_for_period(setting, period), law, setting.distance)
-
-        shape = cam(self.period)
-        stretch = hollow(shape)
-        if stretch is None:
-            return shape
-        slowest = nearest_if_any(self.period, 2.0, lambda period: hollow(cam(period)) is None)
-        longer = '' if slowest is None else f'Use a period of at least {slowest:.4g} s, or points'
-        raise SceneError(
-            'trochlea',
-            'trochlea.cam.period',
-            self.period,
-            f'the cheek of {self.kind} would be hollow from {stretch[0]:.6g} to '
-            f'{stretch[1]:.6g} rad, since the force rises so fast with the lift, and a thread '
-            'bridges a hollow',
-            f'{longer or "Give points"} of a force that rises less there.',
-        )
+        return ForceTableCorrected(rate_for_period(setting, self.period), law, setting.distance)
 
 
 KINDS = WeightCorrectedCam, SpringCorrectedCam, ForceTableCorrectedCam

@@ -23,14 +23,14 @@ tan ½δ = −ρ ρ₀/(D + √(D² + ρ₀²ρ(2 − ρ))).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
 from tauto_core.curves.cam import PeriodCam
-from tauto_core.curves.lever_geometry import LeverLinkage, LeverSetting, Loads, Pose, clear
-from tauto_core.curves.numerics import choices, integrate
+from tauto_core.curves.lever_geometry import LeverLinkage, LeverSetting, Pose, clear
+from tauto_core.curves.numerics import integrate
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import SceneError
 
@@ -66,6 +66,7 @@ class CorrectedLeverGeometry(LeverLinkage):
     turned_inertia: float
     arm: float
     length: float
+    widening = ', or use a heavier weight or a longer period'
 
     @property
     def tip_hollow(self) -> float:
@@ -140,28 +141,6 @@ class CorrectedLeverGeometry(LeverLinkage):
         line, u = self._line(tau), self.pose(tau).u
         sine, cosine = np.sin(u), np.cos(u)
         return line.arm * cosine - line.p * sine, line.arm * sine + line.p * cosine
-
-    def wider(self, amplitude: float, loads: Loads) -> str:
-        """Return the change that widens the range to an amplitude, as the end of a sentence.
-
-        A heavier weight or a longer period needs a smaller cam.
-        """
-
-        def holds(*, mass: float = loads.mass, period: float = loads.period) -> bool:
-            torque, turned = loads.of_mass(mass)
-            wider = replace(
-                self, frequency=math.tau / period, weight_torque=torque, turned_inertia=turned
-            )
-            return wider.range_rad >= amplitude
-
-        return choices(
-            ('a weight of at least', 'kg', loads.mass, 2.0, lambda to: holds(mass=to)),
-            ('a period of at least', 's', loads.period, 2.0, lambda to: holds(period=to)),
-        )
-
-    def of_inertia(self, inertia: float) -> CorrectedLeverGeometry:
-        """Return the cam for another wheel [kg m2]."""
-        return replace(self, inertia=inertia)
 
     @staticmethod
     def _angle(tau: Any) -> tuple[Any, Any, Any]:

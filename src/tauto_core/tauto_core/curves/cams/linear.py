@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from abc import abstractmethod
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -17,7 +17,7 @@ from pydantic import Field
 
 from tauto_core.curves.cam import Cam, CamKind, LinearLever, Setting
 from tauto_core.curves.lever_geometry import ArcLeverGeometry, LeverGeometry, LeverSetting
-from tauto_core.curves.numerics import arctangent_defect, farther, involute_defect
+from tauto_core.curves.numerics import arctangent_defect
 from tauto_core.samples import FloatArray
 from tauto_core.scene.sections import Positive
 
@@ -53,13 +53,6 @@ class LinearCam(Cam):
 
     def _lift(self, x: FloatArray) -> FloatArray:
         return 0.5 * self.linear_rate * x * x
-
-    def _rate_gain(self, x: FloatArray) -> FloatArray:
-        return np.zeros_like(x)
-
-    def _hanging_contact(self, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
-        b = self.linear_rate
-        return -b * involute_defect(angle), b * (np.cos(angle) + angle * np.sin(angle))
 
 
 @dataclass(frozen=True)
@@ -104,6 +97,7 @@ class Hole(LinearCam):
 
     rate: float
     distance: float
+    widening = ', or move the hole away from the axle'
 
     @property
     def linear_rate(self) -> float:
@@ -114,10 +108,6 @@ class Hole(LinearCam):
     def range_rad(self) -> float:
         """a/b [rad]."""
         return self.distance / self.rate
-
-    def wider(self, amplitude: float, mass: float, period: float) -> str:
-        """Return the change that widens the range to an amplitude, as the end of a sentence."""
-        return farther(float(replace(self, distance=math.inf).lever_arm(amplitude)))
 
 
 class InvoluteCam(CamKind):

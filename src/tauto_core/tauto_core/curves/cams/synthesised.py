@@ -23,7 +23,6 @@ from tauto_core.curves.cam import (
     FitError,
     PeriodCam,
     Setting,
-    hollow,
     rate_for_period,
     smooth_lever,
 )
@@ -157,8 +156,8 @@ def synthesised_cam(
     """Return the cam of a power train with the length of thread drawn as coordinate: t = dy/dϑ.
 
     The distance of the hole is inf for a vertical thread. The range `edge` [rad] is by default the
-    largest possible. SynthesisError, with a range that works: an impossible range, a lever arm
-    longer than the distance of the hole, or a hollow cheek. FitError: a train that is not smooth.
+    largest possible. SynthesisError, with a range that works: an impossible range. FitError: a
+    train that is not smooth.
     """
     limit = synthesis.angle_range
     reach = limit if edge is None else edge
@@ -174,23 +173,7 @@ def synthesised_cam(
     def lift(angle: FloatArray) -> FloatArray:
         return synthesis.place(synthesis.arc(angle))
 
-    longest = float(arm(np.array([reach]))[0])
-    if not longest <= distance:
-        raise SynthesisError(
-            f'the lever arm at {reach!r} rad is {longest!r} m, longer than the hole is away, '
-            f'{distance!r} m. Move the hole away, or give a smaller range'
-        )
-    cam = Fitted('synthesis', smooth_lever(arm, lift, reach), distance)
-    stretch = hollow(cam, reach)
-    if stretch is not None:
-        works = (
-            f'a range of at most {stretch[0]:.6g} rad, ' if stretch[0] > 0.0 else ''
-        ) + 'a longer period or a nearer hole'
-        raise SynthesisError(
-            f'the cheek would be hollow from {stretch[0]:.9g} to {stretch[1]:.9g} rad, and a '
-            f'thread bridges a hollow. Use {works}'
-        )
-    return cam
+    return Fitted('synthesis', smooth_lever(arm, lift, reach), distance)
 
 
 def _speed(train: PowerTrain, frequency: float, arc: FloatArray) -> FloatArray:
@@ -205,6 +188,7 @@ class SynthesisedCam(PeriodCam):
     For a weight alone it equals weight_corrected, for a spring alone spring_corrected.
     """
 
+    if_hollow = 'use a smaller range, a longer period or a nearer hole'
     rank = 9
     starter = {'period': 1.0, 'range': 2.0}
 
@@ -214,8 +198,7 @@ class SynthesisedCam(PeriodCam):
     def made(self, setting: Setting) -> Fitted:
         """Return the cam for the wheel and its power.
 
-        SceneError: a power too slow for the period, an impossible range, a lever arm longer than
-        the distance of the hole, or a hollow cheek.
+        SceneError: a power too slow for the period, or an impossible range.
         """
         rate_for_period(setting, self.period)
         key, value = 'trochlea.cam.period', self.period

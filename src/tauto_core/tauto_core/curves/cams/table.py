@@ -21,8 +21,7 @@ import numpy as np
 from numpy.polynomial import Polynomial
 from pydantic import Field
 
-from tauto_core.curves.cam import Cam, CamKind, Setting, SmoothLever, TableLever, hollow
-from tauto_core.curves.numerics import nearest_if_any
+from tauto_core.curves.cam import Cam, CamKind, Setting, SmoothLever, TableLever
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import SceneError
 from tauto_core.scene.sections import OneLine, Positive
@@ -43,13 +42,12 @@ _FORM = f'Write the header {",".join(TABLE_COLUMNS)} and rows of two plain numbe
 
 
 class ArmSplines(NamedTuple):
-    """t, t', t'', h and t' − t'(0) of a tabulated cam."""
+    """t, t', t'' and h of a tabulated cam."""
 
     arm: PPoly
     rate: PPoly
     bend: PPoly
     lift: PPoly
-    rate_gain: PPoly
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,8 +88,7 @@ class Table(Cam):
         from scipy.interpolate import PPoly
 
         arm = PPoly(np.ascontiguousarray(self.law.coefficients.T[::-1]), self.law.knots)
-        bend = arm.derivative(2)
-        return ArmSplines(arm, arm.derivative(), bend, arm.antiderivative(), bend.antiderivative())
+        return ArmSplines(arm, arm.derivative(), arm.derivative(2), arm.antiderivative())
 
     def _arm(self, x: FloatArray) -> FloatArray:
         return np.asarray(self.splines.arm(x))
@@ -104,9 +101,6 @@ class Table(Cam):
 
     def _lift(self, x: FloatArray) -> FloatArray:
         return np.asarray(self.splines.lift(x))
-
-    def _rate_gain(self, x: FloatArray) -> FloatArray:
-        return np.asarray(self.splines.rate_gain(x))
 
 
 class Fitted(Table):
@@ -144,9 +138,7 @@ def load_table(path: Path, distance: float = math.inf) -> Table:
     knots = np.unique(ppoly.x[ppoly.x >= 0.0])
     pieces = np.searchsorted(ppoly.x, knots[:-1], side='right') - 1
     law = _law_of_pieces(knots, np.ascontiguousarray(ppoly.c[::-1, pieces].T))
-    cam = Table(path.name, law, distance)
-    _check_spline(path, cam)
-    return cam
+    return Table(path.name, law, distance)
 
 
 def _read_rows(path: Path, *, at_rest: bool) -> Columns:
@@ -196,57 +188,6 @@ def _law_of_pieces(knots: FloatArray, coefficients: FloatArray) -> TableLever:
     coefficients[0, ::2] = 0.0
     lifts = PPoly(np.ascontiguousarray(coefficients.T[::-1]), knots).antiderivative()(knots[:-1])
     return TableLever(knots, coefficients, lifts)
-
-
-def _check_spline(path: Path, table: Table) -> None:
-    """Refuse a spline that is negative, or beyond the hole, between the rows."""
-    name, arm = str(path), table.splines.arm
-    slope = float(table.lever_rate(0.0))
-    if not slope > 0.0:
-        raise SceneError(
-            name,
-            'lever rate at 0',
-            slope,
-            'the spline through the rows must rise from rest',
-            'Tabulate more angles near 0.',
-        )
-    extremes = table.splines.rate.roots(extrapolate=False)
-    angles = np.append(extremes[np.isfinite(extremes)], table.range_rad)
-    lowest, highest = (float(angles[pick(arm(angles))]) for pick in (np.argmin, np.argmax))
-    if not arm(lowest) > 0.0:
-        raise SceneError(
-            name,
-            TABLE_COLUMNS[1],
-            float(arm(lowest)),
-            f'the spline through the rows falls to this lever arm at {lowest!r} rad',
-            'Tabulate more angles near there.',
-        )
-    if not arm(highest) <= table.distance:
-        raise SceneError(
-            name,
-            TABLE_COLUMNS[1],
-            float(arm(highest)),
-            f'the lever arm at {highest!r} rad is longer than the distance of the hole, '
-            f'thread.distance = {table.distance!r} m',
-            'End the table before that angle or move the hole away.',
-        )
-
-
-def _wrappable(path: Path, table: Table) -> Table:
-    """Return a tabulated cam. SceneError, with the angles: a hollow cheek."""
-    stretch = hollow(table, table.range_rad)
-    if stretch is None:
-        return table
-    start, end = stretch
-    change = f'End the table before {start:.6g} rad, or let' if start > 0.0 else 'Let'
-    raise SceneError(
-        str(path),
-        TABLE_COLUMNS[1],
-        float(table.lever_arm(start)),
-        f'the cheek would be hollow from {start:.6g} to {end:.6g} rad (a radius of curvature '
-        'below 0), and a thread bridges a hollow',
-        f'{change} the lever arm bend down less there.',
-    )
 
 
 def smoothed(angles: FloatArray, arms: FloatArray, tolerance: float) -> TableLever:
@@ -323,10 +264,9 @@ class TableCam(CamKind):
     def made(self, setting: Setting) -> Table:
         """Return the cam through the rows, the same for any wheel and power.
 
-        SceneError, with file, line and value: an unusable row, or a hollow cheek.
+        SceneError, with file, line and value: an unusable row.
         """
-        path = data_path(self.path)
-        return _wrappable(path, load_table(path, setting.distance))
+        return load_table(data_path(self.path), setting.distance)
 
     def files(self) -> Iterator[tuple[str, str]]:
         """Yield the file of the table."""
@@ -338,10 +278,11 @@ class MeasuredCam(CamKind):
 
     CSV with the columns angle_rad, lever_arm_m and at least six rows of increasing angles > 0. The
     other cheek is assumed to be the mirror image. A tolerance below the errors of the points gives
-    a hollow cheek and an error, which names the smallest tolerance that works.
+    a hollow cheek, which is refused.
     """
 
     threads = ('vertical', 'hole')
+    if_hollow = 'use a larger tolerance, or measure those angles again'
     rank = 8
     starter = {'path': 'shipped:lever_arms/measured.csv', 'tolerance': 2e-5}
 
@@ -354,7 +295,7 @@ class MeasuredCam(CamKind):
     def made(self, setting: Setting) -> Table:
         """Return the smoothed cam, the same for any wheel and power.
 
-        SceneError: unusable rows, with file, line and value, or a tolerance with a hollow cheek.
+        SceneError, with file, line and value: unusable rows.
         """
         path = data_path(self.path)
         rows = _read_rows(path, at_rest=False)
@@ -384,34 +325,7 @@ class MeasuredCam(CamKind):
                 'Give the error of the measurement, in metres.',
             )
 
-        def made(tolerance: float) -> Table:
-            table = Table(path.name, smoothed(angles, arms, tolerance), setting.distance)
-            _check_spline(path, table)
-            return _wrappable(path, table)
-
-        def works(tolerance: float) -> bool:
-            if tolerance > largest:
-                return False
-            try:
-                made(tolerance)
-            except SceneError:
-                return False
-            return True
-
-        try:
-            return made(self.tolerance)
-        except SceneError as error:
-            floor = nearest_if_any(self.tolerance, 1.5, works)
-            wider = f'Use a tolerance of at least {floor:.4g} m, or ' if floor is not None else ''
-            remedy = f'{wider}measure those angles again.'
-            raise SceneError(
-                'trochlea',
-                'trochlea.cam.tolerance',
-                self.tolerance,
-                f'{path}: within it of all points, {error.problem} '
-                f'({error.key} = {error.value!r})',
-                remedy[0].upper() + remedy[1:],
-            ) from None
+        return Table(path.name, smoothed(angles, arms, self.tolerance), setting.distance)
 
     def files(self) -> Iterator[tuple[str, str]]:
         """Yield the file of the points."""

@@ -30,7 +30,6 @@ import numpy as np
 from pydantic import Field, Strict
 
 from tauto_core.curves.materials import as_written
-from tauto_core.curves.numerics import nearest
 from tauto_core.machines.axle_pendulum import Modes, modes
 from tauto_core.machines.heat import NO_HEAT, Heat
 from tauto_core.machines.parts import DragKind, EscapementKind, PowerKind, wrong
@@ -193,6 +192,7 @@ class HangingMachine:
     follows_apparent_vertical = True
     feels_gravity = True
     limited_by = 'the range of the thread,'
+    widening = ', or use a longer thread or a smaller base_radius'
 
     def at_celsius(self, celsius: float, time_s: float = 0.0) -> HangingMachine:
         """Return the machine with its parameters at this temperature [°C] and time [s].
@@ -252,22 +252,6 @@ class HangingMachine:
     def sensed_angle(self, angle: float, tilt: float) -> float:
         """Return u of a wheel at `angle` in its case with the thread plumb [rad]."""
         return angle - tilt
-
-    def wider_range(self, amplitude: float) -> str:
-        """Return the change that widens the range to an amplitude, as the end of a sentence."""
-        wound = 0.5 * amplitude * amplitude / (1.0 - LEAST_FREE)
-
-        def holds(length: float, radius: float) -> bool:
-            return replace(self, length=length, base_radius=radius).range_rad >= amplitude
-
-        length = nearest(
-            0.5 * wound * self.base_radius, 2.0, lambda value: holds(value, self.base_radius)
-        )
-        radius = nearest(2.0 * self.length / wound, 0.5, lambda value: holds(self.length, value))
-        return (
-            f', or use a thread of at least {length:.4g} m or a base_radius of at most '
-            f'{radius:.4g} m'
-        )
 
     def accelerations(
         self, psi: np.ndarray, delta: np.ndarray, psi_rate: np.ndarray, delta_rate: np.ndarray

@@ -27,7 +27,7 @@ from numpy.typing import ArrayLike
 from pydantic import Field, Strict
 
 from tauto_core.curves.cam import LEAST_POINTS, ForceLaw, Pull, possible_lever
-from tauto_core.curves.lever_geometry import LeverLinkage, LeverSetting, Loads, MirroredLever
+from tauto_core.curves.lever_geometry import LeverLinkage, LeverSetting, MirroredLever
 from tauto_core.curves.numerics import integrate
 from tauto_core.machines.heat import NO_HEAT, Heat
 from tauto_core.machines.parts import DragKind, EscapementKind, PowerKind, wrong
@@ -169,26 +169,11 @@ class LeverMachine:
         """Return the angle that `range_rad` bounds: θ, since the lever turns with the case."""
         return angle
 
-    def wider_range(self, amplitude: float) -> str:
-        """Return the change that widens the range to an amplitude, as the end of a sentence."""
-        if self.law is not None and amplitude <= self.geometry.range_rad:
-            ends = self.geometry.tau_of(np.array([-amplitude, amplitude]))
-            reached = self.weight_arm * float(np.max(self._risen(ends)))
-            return (
-                f', or give trochlea.power.points up to a draw of {reached:.6g} m (they end at '
-                f'{self.law.longest!r} m)'
-            )
-
-        def of_mass(mass: float) -> tuple[float, float]:
-            heavier = replace(self, mass=mass)
-            return heavier.weight_torque, heavier.turned_inertia
-
-        loads = Loads(self.mass, self.small_period, of_mass)
-        return self.geometry.wider(amplitude, loads)
-
-    def with_inertia(self, inertia: float) -> LeverMachine:
-        """Return the machine with another wheel [kg m2] and its cam."""
-        return replace(self, inertia=inertia, geometry=self.geometry.of_inertia(inertia))
+    @property
+    def widening(self) -> str:
+        """The change that widens the range, as the end of a sentence."""
+        drawn = '' if self.law is None else ', or give trochlea.power.points up to a larger draw'
+        return f'{drawn}{self.geometry.widening}'
 
     def beta(self, angle: ArrayLike) -> FloatArray:
         """Return β of the lever [rad]."""
