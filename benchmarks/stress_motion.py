@@ -193,9 +193,6 @@ def drag() -> list[Row]:
             rows.append(
                 Row('beats of an overdamped wheel', setting, float(found.beats[-1]), 0.0, 0.0)
             )
-        if ratio >= 1e2:
-            solved = float(engine._state['newton'])
-            rows.append(Row("steps by Newton's method", setting, solved, math.inf, 1.0))
     return rows + _standing()
 
 

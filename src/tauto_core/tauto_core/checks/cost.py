@@ -193,7 +193,6 @@ class TrialErrors:
             swings, or if the motion ended too early.
         until_s: time until which the bound is below `LEGIBLE` [s], if it grows exponentially and
             exceeds that before the end, else `None`.
-        newton_a_second: steps that took Newton's method, in a second of the motion as asked.
         cost_a_second: processor time of a second of that motion [s].
         was_cut: whether the processor time ended before the runs were done.
     """
@@ -204,7 +203,6 @@ class TrialErrors:
     rounding_s: float = 0.0
     growth: Growth | None = None
     until_s: float | None = None
-    newton_a_second: float = 0.0
     cost_a_second: float = 0.0
     was_cut: bool = False
 
@@ -218,7 +216,6 @@ class _Ran:
     """
 
     phases: FloatArray
-    newton: int
     was_cut: bool
     cost_a_second: float = 0.0
 
@@ -270,7 +267,6 @@ def try_out(
         sampling_s=None,
         steps_s=None,
         growth=None if growing is None else growing.found,
-        newton_a_second=runs[0].newton / max(_length_s(scene, runs[0]), interval_s),
         cost_a_second=runs[0].cost_a_second,
         was_cut=any(ran.was_cut for ran in runs),
     )
@@ -434,9 +430,8 @@ def _sailed(scene: Scene, limit: Limit, most_s: float, work: float) -> _Ran:
         reached_s += moved_s
         chunk = min(2 * chunk, CHUNK) if took_s < CHUNK_S else max(chunk // 2, FIRST_CHUNK)
         cut = spent_s >= most_s
-    newton = int(stage.state()['propagator'].get('newton', 0))
     cost_s, moved_s = np.sum(costs[len(costs) // 2 :], axis=0).tolist()
-    return _Ran(np.concatenate(phases), newton, cut, cost_s / moved_s)
+    return _Ran(np.concatenate(phases), cut, cost_s / moved_s)
 
 
 class _Growing:
@@ -566,7 +561,7 @@ class Forecast:
     Attributes:
         run_s: processor time of `tauto sail` on this machine, without a bag and the start of the
             program, within a factor of two or three [s].
-        steps_a_swing: steps in a full swing, `None` if the propagator takes no steps.
+        steps_a_swing: steps laid out in a full swing, `None` if the propagator takes no steps.
         error_s: bound of all the following together, at least `RESOLUTION_S`. `None` if one of
             them is unknown, or the motion is chaotic and the end unknown.
         sampling_error_s: bound of the error by sampling the ship's motion. `None` on a still ship,
@@ -661,12 +656,11 @@ def forecast(
         state = None if sea.figures is None else {'why': sea.why, **sea.figures}
         trials.append((math.inf if unknown else parts_s, trial, in_sea, state))
     parts_s, trial, in_sea, state = max(trials, key=lambda row: row[0])
-    newton_a_swing = max(trial.newton_a_second for _, trial, _, _ in trials) * swing_s
     rounding_s += trial.rounding_s
     is_known = math.isfinite(parts_s) and trial.until_s is None
     return Forecast(
         run_s=scene.duration * trial.cost_a_second,
-        steps_a_swing=max(swing_s / step_s, newton_a_swing) if stepping else None,
+        steps_a_swing=swing_s / step_s if stepping else None,
         error_s=_stated(parts_s - trial.rounding_s + rounding_s) if is_known else None,
         sampling_error_s=trial.sampling_s,
         steps_error_s=trial.steps_s,

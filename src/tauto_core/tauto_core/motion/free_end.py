@@ -239,7 +239,7 @@ def _on_land(machine: Machine, shape: ArcShape | None, omega: float) -> OnLand:
         last_term = max(abs(float(slope @ constants.projection[-1])) for slope in slopes)
     settled = change <= ROW_SETTLED * LEAST_FREE_SETTLED * abs(amplitude)
     factor = error_factor(machine, shape, WIDE_SIZE)
-    error = step_error(factor, math.pi / omega * last_term / abs(amplitude), False)
+    error = step_error(factor, math.pi / omega * last_term / abs(amplitude))
     return OnLand(u / amplitude, v / amplitude - 1.0, error if settled else math.inf)
 
 

@@ -554,7 +554,7 @@ def holds(run: SteppedRun, swing: FreeHalfSwing, mode: Mode, error: float, h: fl
         last_term = max(last_term, abs(total(tail * row_of(work.k1, p))))
         last_term = max(last_term, abs(total(tail * row_of(work.k2, p))))
         size = max(size, start.x * start.x + start.y * start.y)
-    if not step_error(run.tolerance.factor, last_term * h / math.sqrt(size), False) <= error:
+    if not step_error(run.tolerance.factor, last_term * h / math.sqrt(size)) <= error:
         return False
     if not system.clear(swing.square, omega, work):
         return False

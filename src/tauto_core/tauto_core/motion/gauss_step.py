@@ -24,13 +24,11 @@ from tauto_core.kernels import compiled, inlined
 from tauto_core.motion.lanes import (
     SIZE,
     WIDE_SIZE,
-    Lanes,
     combined,
     combined_both,
     filled,
     fma,
     folded_both,
-    lane,
     larger,
     largest,
     row_of,
@@ -157,11 +155,9 @@ class Work(Protocol):
         k1, k2: U̇ and V̇, a row for each plane.
         f1, f2: integrals of k1 and k2 over the fraction of the step, in powers.
         cosine, sine: of ωt at the stages, a row for each plane of WHOLE_STEP, then of PART_STEP.
-        slopes: slopes in Newton's method, a row for each U, then for each V.
         nodes: a record of the system's rows.
         end: X and Y of each plane at the end of a step.
         rotations: over a step, for each plane of WHOLE_STEP, then of PART_STEP.
-        matrix, right: the linear equations of Newton's method.
     """
 
     coefficients: FloatArray
@@ -183,12 +179,9 @@ class Work(Protocol):
     f2: FloatArray
     cosine: FloatArray
     sine: FloatArray
-    slopes: FloatArray
     nodes: Any
     end: Planes
     rotations: Sequence[PlaneRotation]
-    matrix: FloatArray
-    right: FloatArray
 
 
 def make_work(
@@ -198,13 +191,12 @@ def make_work(
 
     Rows are aligned to cache lines. A row across two lines costs twice the time.
     """
-    unknowns = 2 * planes * stages
     rows = {
         **dict.fromkeys(('coefficients', 'expansion'), stages),
         'folded': stages // 2 + 1 + 2 * planes,
         **dict.fromkeys(('quadrature', 'fractions', 'tail'), 1),
         **dict.fromkeys(('u', 'v', 'k1', 'k2', 'x', 'y', 'd1', 'd2', 'f1', 'f2'), planes),
-        **dict.fromkeys(('cosine', 'sine', 'slopes'), 2 * planes),
+        **dict.fromkeys(('cosine', 'sine'), 2 * planes),
     }
     node_type = np.dtype([(name, 'f8', (1, stages)) for name in nodes])
     kind = np.dtype(
@@ -214,8 +206,6 @@ def make_work(
             *([('nodes', node_type)] if nodes else []),
             ('end', PLANE, (planes,)),
             ('rotations', ROTATION, (2 * planes,)),
-            ('matrix', 'f8', (unknowns * unknowns,)),
-            ('right', 'f8', (unknowns,)),
         ]
     )
     work = _aligned(kind.itemsize // 8, stages).view(kind).reshape(())
@@ -377,8 +367,8 @@ def rotation(angle: Any) -> Any:
 #     U_i = U₀ + h Σ_j a_ij U̇_j,            V_i likewise.
 #
 # Fixed-point iteration solves them. Its rate of convergence is h times the strength of the
-# disturbance. If that is too large, Newton's method does (`newton`). `System.disturb` computes the
-# rows d1 and d2 of `work` from its rows x and y.
+# disturbance. If that is too large, the driver halves the step. `System.disturb` computes the rows
+# d1 and d2 of `work` from its rows x and y.
 #
 # Source: J. D. Lawson, Generalized Runge–Kutta processes for stable systems with large Lipschitz
 # constants, SIAM J. Numer. Anal. 4 (1967).
@@ -542,156 +532,30 @@ def sweep(step: Step, settled: float, most_sweeps: int) -> tuple[bool, float]:
     return settles, size
 
 
-# -----------------------------------------------------------------------------
-# Newton's method for the stage equations, if the fixed-point iteration does not converge.
-#
-# The unknowns are U_i and V_i of all planes and stages, the equations
-#
-#     U_i − U₀ − h Σ_j a_ij U̇_j = 0,            V_i likewise.
-#
-# The slopes at a stage depend only on the unknowns at that stage. One central difference for each
-# of U and V of each plane therefore gives the whole matrix I − h A ∂(U̇, V̇)/∂(U, V).
-
-MAX_ITERATIONS = 12
-
-
-@inlined
-def _rows_of(
-    r: int, omega: Omega, u_rows: FloatArray, second: FloatArray
-) -> tuple[FloatArray, int]:
-    """Return the array and the row of unknown r: first U of each plane, then V of each."""
-    return (u_rows, r) if r < len(omega) else (second, r - len(omega))
-
-
-@inlined
-def _slope(r: int, omega: Omega, work: Work) -> Lanes:
-    """Return the slope of unknown r at the stages."""
-    rows, p = _rows_of(r, omega, work.k1, work.k2)
-    return row_of(rows, p)
-
-
-@compiled
-def _fill_matrix(step: Step) -> None:
-    """Fill the matrix I − h A ∂(U̇, V̇)/∂(U, V), by central differences at all stages together."""
-    _, _, omega, h, _, _, work = step
-    unknowns, stages = 2 * len(omega), width(work.u)
-    side = unknowns * stages
-    for column in range(unknowns):
-        rows, p = _rows_of(column, omega, work.u, work.v)
-        base = row_of(rows, p)
-        # near the cube root of a rounding, which balances truncation and rounding
-        away = 1e-6 * (largest(base) + 1e-9)
-        store(rows, p, base + away)
-        sweep(step, 0.0, 0)
-        for r in range(unknowns):
-            store(work.slopes, r, _slope(r, omega, work))
-        store(rows, p, base - away)
-        sweep(step, 0.0, 0)
-        store(rows, p, base)
-        for r in range(unknowns):
-            slope = (row_of(work.slopes, r) - _slope(r, omega, work)) / (2.0 * away)
-            for i in range(stages):
-                for j in range(stages):
-                    a = work.coefficients[j * stages + i] * h * lane(slope, j)
-                    work.matrix[(r * stages + i) * side + column * stages + j] = -a
-    for i in range(side):
-        work.matrix[i * side + i] += 1.0
-
-
-@compiled
-def _eliminate(n: int, matrix: FloatArray, right: FloatArray) -> float:
-    """Solve matrix · x = right in place, with pivots; return the largest |x| or NaN (singular)."""
-    for c in range(n):
-        pivot = c
-        for r in range(c + 1, n):
-            pivot = r if abs(matrix[r * n + c]) > abs(matrix[pivot * n + c]) else pivot
-        if not abs(matrix[pivot * n + c]) > 0.0:
-            return math.nan
-        for k in range(c, n):
-            low, high = c * n + k, pivot * n + k
-            matrix[low], matrix[high] = matrix[high], matrix[low]
-        right[c], right[pivot] = right[pivot], right[c]
-        for r in range(c + 1, n):
-            factor = matrix[r * n + c] / matrix[c * n + c]
-            for k in range(c + 1, n):
-                matrix[r * n + k] -= factor * matrix[c * n + k]
-            right[r] -= factor * right[c]
-    biggest = 0.0
-    for c in range(n - 1, -1, -1):
-        for k in range(c + 1, n):
-            right[c] -= matrix[c * n + k] * right[k]
-        right[c] /= matrix[c * n + c]
-        biggest = biggest if biggest > abs(right[c]) else abs(right[c])
-    return biggest
-
-
-@compiled
-def newton(step: Step) -> tuple[bool, float]:
-    """Solve the stage equations; return whether the method converges, and the stages' size.
-
-    It has converged when a correction is within four roundings, or within 256 and no smaller than
-    the one before. It diverges when a correction is four times the one before.
-    """
-    _, _, omega, h, _, planes, work = step
-    unknowns, stages, right = 2 * len(omega), width(work.u), work.right
-    start_stages(step)
-    change_before, size = math.inf, 0.0
-    for _ in range(MAX_ITERATIONS):
-        _fill_matrix(step)
-        sweep(step, 0.0, 0)
-        for r in range(unknowns):
-            rows, p = _rows_of(r, omega, work.u, work.v)
-            begin = planes[p].x if r < len(omega) else planes[p].y
-            shifts = combined(work.coefficients, 0, _slope(r, omega, work))
-            wanted = fma(shifts, h, begin) - row_of(rows, p)
-            for i in range(stages):
-                right[r * stages + i] = lane(wanted, i)
-        change = _eliminate(unknowns * stages, work.matrix, right)
-        for r in range(unknowns):
-            rows, p = _rows_of(r, omega, work.u, work.v)
-            for i in range(stages):
-                rows[p * stages + i] += right[r * stages + i]
-        size = largest_stage(omega, work)
-        if not math.isfinite(change):
-            return False, size
-        floor = 4.0 * UNIT_ROUNDOFF * size
-        if change <= floor or (not change < change_before and change <= 64.0 * floor):
-            sweep(step, 0.0, 0)
-            return True, size
-        # far from the solution a change may grow, but not so much
-        if not change < 4.0 * change_before:
-            return False, size
-        change_before = change
-    return False, size
-
-
 Twofold: TypeAlias = tuple[float, float]
 
 
 @compiled
-def collocate(step: Step, settled: float) -> tuple[float, bool]:
+def collocate(step: Step, settled: float) -> float:
     """Solve the stage equations to an error `settled`, relative to the state, ≥ `LEAST_SETTLED`.
 
-    Returns the last Legendre coefficient of the slopes times h, relative to the state (infinite
-    without convergence), and whether Newton's method was needed.
+    Returns the last Legendre coefficient of the slopes times h, relative to the state, infinite
+    without convergence.
     """
     _, _, omega, h, _, _, work = step
     fill_rotations(step)
     start_stages(step)
     converged, size = sweep(step, settled, MAX_SWEEPS)
-    needs_newton = not converged
-    if needs_newton:
-        converged, size = newton(step)
-        if not converged:
-            return math.inf, True
+    if not converged:
+        return math.inf
     last_term = 0.0
     for slopes in (work.k1, work.k2):
         for p in range(len(omega)):
             coefficient = h * total(row_of(work.tail) * row_of(slopes, p))
             if not math.isfinite(coefficient):
-                return math.inf, needs_newton
+                return math.inf
             last_term = max(last_term, abs(coefficient))
-    return last_term / size if size > 0.0 else 0.0, needs_newton
+    return last_term / size if size > 0.0 else 0.0
 
 
 @inlined

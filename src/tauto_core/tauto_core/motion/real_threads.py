@@ -298,7 +298,7 @@ class RealThreads(SlackThread):
             self._state = np.zeros_like(self._state)
             self._place(0.0, 0.0, 0.0, 0.0)
             super()._run(trial, free, tolerance, step_s)
-            if self._state['level'] == 0 and self._state['newton'] == 0:
+            if self._state['level'] == 0:
                 break
             angle *= _SHORTER
         return angle / fastest

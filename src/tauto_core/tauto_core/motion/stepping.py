@@ -357,12 +357,12 @@ with a strongly anharmonic well.
 
 
 @inlined
-def step_error(factor: float, last_term: float, newton: bool) -> float:
+def step_error(factor: float, last_term: float) -> float:
     """Return the error of a step relative to the state, from the result of `collocate`.
 
-    `factor` is `Tolerance.factor`. With Newton's method the order falls to the polynomial's.
+    `factor` is `Tolerance.factor`.
     """
-    return last_term if newton or factor == 0.0 else factor * last_term * last_term
+    return last_term if factor == 0.0 else factor * last_term * last_term
 
 
 # -----------------------------------------------------------------------------
@@ -462,8 +462,7 @@ def _move(
     kind = PART_STEP if expected and system.feels_tilt else WHOLE_STEP
     system.at_nodes(place, work)
     step = Step(system, mode, omega, h, kind, state.planes, work)
-    last_term, newton = collocate(step, tolerance.settled)
-    error = step_error(tolerance.factor, last_term, newton)
+    error = step_error(tolerance.factor, collocate(step, tolerance.settled))
     exits = system.exits(mode, omega, work)
     is_inside = min(exits.edge, exits.slack) > 1.0
     if not is_inside and omega[0] * h > HALF_SWING:
@@ -471,7 +470,6 @@ def _move(
         error = math.inf
     if not error <= tolerance.step:
         return StepResult(NO_EVENT, 0.0, error)
-    state.newton += 1 if newton else 0
     finish(step)
     clear = system.clear(clear_square, omega, work)
     event, xi = NO_EVENT, 1.0
@@ -533,7 +531,7 @@ def release(
     """
     at = outside_at(set_piece(pieces, 0, True, work)[1], x0, work)
     state.side, state.direction, state.pallet = 1, 1, -1 if angle < 0.0 else 1
-    state.turns, state.beats, state.level, state.newton, state.given = 0, 0, 0, 0, 0
+    state.turns, state.beats, state.level, state.given = 0, 0, 0, 0
     state.held, state.held_angle = False, 0.0
     system.set_off(omega, angle, at, state)
     run = SteppedRun(system, omega, Tolerance(0.0, 0.0, 0.0, 0.0, 0.0), state, work)
@@ -721,7 +719,7 @@ def thermal_pieces(
 
 def state_type(planes: int) -> np.dtype[Any]:
     """Return the type of the record `RunningState`."""
-    integers = ('side', 'direction', 'pallet', 'turns', 'beats', 'level', 'newton', 'given')
+    integers = ('side', 'direction', 'pallet', 'turns', 'beats', 'level', 'given')
     return np.dtype(
         [
             ('planes', PLANE, (planes,)),

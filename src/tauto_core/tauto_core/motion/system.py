@@ -432,7 +432,6 @@ class RunningState(Protocol):
         turns: upward passages of zero of the coordinate since the release.
         beats: passages of zero of θ minus its lead over the coordinate (`stepping.ahead`).
         level: halvings of the steps.
-        newton: steps that needed Newton's method.
         given: impulses so far.
         armed: whether an impulse is due in this half swing.
         held: whether friction holds the wheel.
@@ -446,7 +445,6 @@ class RunningState(Protocol):
     turns: int
     beats: int
     level: int
-    newton: int
     given: int
     armed: bool
     held: bool

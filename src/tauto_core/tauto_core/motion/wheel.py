@@ -763,7 +763,7 @@ def longest_step(
             tail = constants.projection[-1]
             tails = [np.max(np.abs(slope @ tail), initial=0.0) for slope in slopes]
             tail_size = angle / omega * float(max(tails)) / abs(amplitude)
-        return step_error(factor, tail_size, False) <= TOLERANCE_SHARE * tolerance
+        return step_error(factor, tail_size) <= TOLERANCE_SHARE * tolerance
 
     # the coefficient falls with the length of the step. The shortest step is always taken
     return angles[bisect_left(angles, True, hi=len(angles) - 1, key=is_within)] / omega
