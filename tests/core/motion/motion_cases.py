@@ -13,7 +13,6 @@ from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import AnyMachine, Machine
 from tauto_core.motion import Forcing
 from tauto_core.motion.forcing import Motion
-from tauto_core.motion.free_end import _part
 from tauto_core.samples import JOINT_STATES, PHASE, Batches
 from tauto_core.scene import Scene, parse_scene
 from tauto_core.ship import ShipMotion
@@ -140,11 +139,11 @@ def moved(engine: Any, forcing: Forcing) -> Motion:
 def moved_in_chunks(make: Callable[[], Any], forcing: Forcing, spans: int) -> Motion:
     """Return the motion over chunks of so many spans, each by an engine restored from a state."""
     engine, parts = make(), []
-    engine.release(_part(forcing, 0, spans))
+    engine.release(forcing.part(0, spans))
     for begin in range(0, len(forcing.begin), spans):
         state, engine = engine.state(), make()
         engine.restore(state)
-        parts.append(engine.advance(_part(forcing, begin, begin + spans)))
+        parts.append(engine.advance(forcing.part(begin, begin + spans)))
     return Motion(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Motion)))
 
 

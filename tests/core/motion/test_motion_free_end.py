@@ -21,15 +21,14 @@ from tauto_core.checks.cost import accuracy_reached
 from tauto_core.machines import Machine, compile_machine
 from tauto_core.motion import make_propagator, sweeps_for
 from tauto_core.motion.collocation import Collocation
+from tauto_core.motion.forcing import SPANNED
 from tauto_core.motion.free_end import (
     NEAR_BENT,
     FreeEndCollocation,
     _joined,
-    _part,
     free_end_of,
     takes_free_ends,
 )
-from tauto_core.motion.slack import SPANNED
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import ABSENT
 from tauto_core.scene.times import DAY_S
@@ -150,7 +149,7 @@ def test_chunks_and_saved_states_have_the_same_bits(name, log, spans):
 
 def test_the_forcing_of_two_chunks_joins():
     _, forcing = forced(CASES['a force'], duration=16.0)
-    joined = _joined(_part(forcing, 0, 3), _part(forcing, 3))
+    joined = _joined(forcing.part(0, 3), forcing.part(3))
     for name in SPANNED:
         wanted = getattr(forcing, name)
         assert (getattr(joined, name) is None) == (wanted is None)

@@ -21,9 +21,8 @@ from tauto_core.curves.cams.table import Fitted
 from tauto_core.machines import Machine, compile_machine
 from tauto_core.machines.heat import NO_HEAT, Heat
 from tauto_core.motion import Forcing, make_propagator
-from tauto_core.motion.forcing import Temperatures
-from tauto_core.motion.free_end import FreeEndCollocation, _part
-from tauto_core.motion.slack import SPANNED
+from tauto_core.motion.forcing import SPANNED, Temperatures
+from tauto_core.motion.free_end import FreeEndCollocation
 
 INVOLUTE: dict[str, Any] = {
     'cam': {'kind': 'involute', 'base_radius': 0.005},
@@ -208,12 +207,12 @@ def test_chunks_of_free_end_steps_have_the_same_bits_with_heat() -> None:
     count = len(forcing.begin)
     for cut in (1, count // 2 - 1, count // 2, count - 3):
         engine = FreeEndCollocation(moved, None, 3)
-        first = _part(first_spans(forcing, cut), 0)
+        first = first_spans(forcing, cut)
         engine.release(first)
         angles = list(engine.advance(first).angle)
         resumed = FreeEndCollocation(moved, None, 3)
         resumed.restore(engine.state())
-        angles += list(resumed.advance(_part(forcing, cut)).angle)
+        angles += list(resumed.advance(forcing.part(cut)).angle)
         np.testing.assert_array_equal(angles, wanted.angle)
 
 

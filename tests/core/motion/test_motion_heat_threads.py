@@ -23,7 +23,6 @@ from tauto_core.curves.lever_geometry import LeverGeometry
 from tauto_core.machines import HangingMachine, LeverMachine, compile_machine
 from tauto_core.machines.heat import NO_HEAT
 from tauto_core.motion import make_propagator, propagator_name
-from tauto_core.motion.slack import rest_of
 
 WHEEL = {
     'cam': {'kind': 'involute', 'base_radius': 0.02},
@@ -182,7 +181,7 @@ def test_chunks_with_heat_have_the_same_bits_after_restarts(name: str) -> None:
     first.release(forcing)
     state = first.state()
     for begin, end in pairwise([0, 7, 100, len(forcing.end)]):
-        cut = first_spans(rest_of(forcing, begin, float(forcing.begin[begin])), end - begin)
+        cut = first_spans(forcing.rest(begin, float(forcing.begin[begin])), end - begin)
         later = make_propagator(moved, still=False)
         later.restore(state)
         found.append(later.advance(cut).angle)

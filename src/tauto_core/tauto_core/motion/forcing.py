@@ -9,7 +9,7 @@ gaps, and a span ends at each logged instant.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import Decimal, localcontext
 from typing import NamedTuple
 
@@ -177,6 +177,33 @@ class Forcing:
     window: Window | None = None
     lean: FloatArray | None = None
     temperatures: Temperatures | None = None
+
+    def part(self, start: int, stop: int | None = None) -> Forcing:
+        """Return the spans from `start` up to `stop`, exclusive, without copying them."""
+        wanted, heat = slice(start, stop), self.temperatures
+        rows = {name: getattr(self, name) for name in SPANNED}
+        parts = {name: None if row is None else row[wanted] for name, row in rows.items()}
+        if heat is not None:
+            first = int(heat.interval[start]) if start < len(heat.interval) else 0
+            heat = Temperatures(
+                heat.celsius[first:],
+                heat.begin_s[first:],
+                heat.interval_s,
+                heat.interval[wanted] - first,
+                heat.place[wanted],
+            )
+        return replace(self, **parts, temperatures=heat)
+
+    def rest(self, k: int, x: float) -> Forcing:
+        """Return the spans from x in span k on."""
+        rest = self.part(k)
+        begin = rest.begin.copy()
+        begin[:1] = x
+        return replace(rest, begin=begin)
+
+
+SPANNED = 'length_s', 'begin', 'end', 'end_ns', 'logged', 'neutral', 'tilt', 'gravity', 'lean'
+"""Fields of a forcing that have one row per span."""
 
 
 @dataclass(frozen=True)

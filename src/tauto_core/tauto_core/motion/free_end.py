@@ -12,7 +12,8 @@ checked at its nodes. If one fails, the driver of `stepping` continues to the ne
 from __future__ import annotations
 
 import math
-from dataclasses import fields, replace
+from copy import deepcopy
+from dataclasses import asdict, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,7 +23,7 @@ from tauto_core.curves.cam import ArcLever
 from tauto_core.kernels import entry, inlined
 from tauto_core.machines import Machine, SlackThreadError
 from tauto_core.motion.collocation import Collocation
-from tauto_core.motion.forcing import Forcing, Motion, Temperatures
+from tauto_core.motion.forcing import SPANNED, Forcing, Motion, Temperatures
 from tauto_core.motion.free_step import (
     DUE,
     HOLDS,
@@ -64,7 +65,7 @@ from tauto_core.motion.gauss_step import (
     sweep,
 )
 from tauto_core.motion.lanes import SIZE, WIDE_SIZE
-from tauto_core.motion.slack import SPANNED, SlackThread, rest_of
+from tauto_core.motion.slack import SlackThread
 from tauto_core.motion.stepping import (
     OK,
     ROW,
@@ -447,26 +448,6 @@ def _joined(former: Forcing | None, second: Forcing) -> Forcing:
     return replace(second, **{name: both(name) for name in SPANNED}, temperatures=temperatures)
 
 
-def _part(forcing: Forcing, start: int, stop: int | None = None) -> Forcing:
-    """Return the spans from `start` up to `stop`, exclusive."""
-    wanted = slice(start, stop)
-    parts: dict[str, Any] = {
-        name: None if (rows := getattr(forcing, name)) is None else rows[wanted].copy()
-        for name in SPANNED
-    }
-    temperatures = forcing.temperatures
-    if temperatures is not None:
-        first_interval = int(temperatures.interval[start])
-        temperatures = Temperatures(
-            temperatures.celsius[first_interval:].copy(),
-            temperatures.begin_s[first_interval:].copy(),
-            temperatures.interval_s,
-            temperatures.interval[wanted] - first_interval,
-            temperatures.place[wanted].copy(),
-        )
-    return replace(forcing, **parts, temperatures=temperatures)
-
-
 class FreeEnds(SlackThread):
     """A propagator that steps from event to event.
 
@@ -499,18 +480,7 @@ class FreeEnds(SlackThread):
     def advance(self, forcing: Forcing) -> Motion:
         """Advance over the spans and keep the spans of an unfinished half swing."""
         open_spans, self._spans = self._spans, None
-        if open_spans is None:
-            return super().advance(forcing)
-        # join only a few spans to the kept ones, without copying the many after them
-        count = len(forcing.begin)
-        lead = min(count, 2 * MOST_SPANS)
-        motion = super().advance(_joined(open_spans, _part(forcing, 0, lead)))
-        if lead == count:
-            return motion
-        k, self._spans = (lead - (0 if self._spans is None else len(self._spans.begin)), None)
-        motions = motion, super().advance(rest_of(forcing, k, float(forcing.begin[k])))
-        columns = (np.concatenate([getattr(m, f.name) for m in motions]) for f in fields(Motion))
-        return Motion(*columns)
+        return super().advance(_joined(open_spans, forcing))
 
     def _run(
         self,
@@ -545,7 +515,7 @@ class FreeEnds(SlackThread):
             self._free_end,
         )
         if code == OK:
-            self._spans = _part(forcing, k) if k < len(forcing.begin) else None
+            self._spans = deepcopy(forcing.part(k)) if k < len(forcing.begin) else None
         else:
             # drop rows beyond the end: in event-to-event steps the thread is certainly taut
             rows = rows[: np.count_nonzero(forcing.logged[first_due:k])]
@@ -554,12 +524,7 @@ class FreeEnds(SlackThread):
 
     def state(self) -> State:
         """Return the running state, and the spans of an unfinished half swing."""
-        open_spans = self._spans
-        spans = None
-        if open_spans is not None:
-            temperatures = open_spans.temperatures
-            spans = {name: getattr(open_spans, name) for name in SPANNED}
-            spans['temperatures'] = None if temperatures is None else dict(vars(temperatures))
+        spans = None if self._spans is None else asdict(self._spans)
         return {**super().state(), 'free': state_of(self._free), 'spans': spans}
 
     def restore(self, state: State) -> None:
@@ -568,9 +533,9 @@ class FreeEnds(SlackThread):
         restore_record(self._free, state['free'])
         spans, self._spans = state['spans'], None
         if spans is not None:
-            temperatures = spans['temperatures']
-            temperatures = None if temperatures is None else Temperatures(**temperatures)
-            self._spans = Forcing(**{**spans, 'temperatures': temperatures})
+            heat = spans['temperatures']
+            heat = None if heat is None else Temperatures(**heat)
+            self._spans = Forcing(**{**spans, 'temperatures': heat})
 
 
 class FreeEndCollocation(FreeEnds, Collocation):

@@ -12,8 +12,7 @@ Its kernels are compiled when first needed. `collocation` and `real_threads` hav
 from __future__ import annotations
 
 import math
-from abc import abstractmethod
-from dataclasses import replace
+from abc import ABC, abstractmethod
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,9 +21,10 @@ from numpy.typing import NDArray
 
 from tauto_core.kernels import entry, inlined
 from tauto_core.machines import AnyMachine
+from tauto_core.motion import stepping
 from tauto_core.motion.events import is_due
-from tauto_core.motion.forcing import Forcing, Motion, no_motion
-from tauto_core.motion.gauss_step import Omega, Work, make_work
+from tauto_core.motion.forcing import Forcing, Motion, no_motion, since_start
+from tauto_core.motion.gauss_step import MOST_POWERS, Omega, Work, make_work
 from tauto_core.motion.lanes import SIZE
 from tauto_core.motion.stepping import (
     NO_CONVERGENCE,
@@ -34,7 +34,7 @@ from tauto_core.motion.stepping import (
     TOLERANCE,
     LoggedRow,
     Model,
-    SteppingPropagator,
+    Spans,
     ahead,
     restore_record,
     state_of,
@@ -57,7 +57,8 @@ from tauto_core.motion.system import (
     planes_of,
     set_piece,
 )
-from tauto_core.samples import State
+from tauto_core.samples import FloatArray, State
+from tauto_core.scene.errors import PropagationError
 
 # Longest step of a slack motion, as the phase of the wheel's swing [rad]. The stage polynomials,
 # of half the order of the step, give the time of tautening: hence the whole last coefficient
@@ -218,30 +219,23 @@ IN_PLACE_S, MOST_IN_PLACE = 1e-9, 1000
 """A change of the thread within this time [s] stays in place, and the most of these in a row."""
 
 
-SPANNED = 'length_s', 'begin', 'end', 'end_ns', 'logged', 'neutral', 'tilt', 'gravity', 'lean'
-"""Fields of a forcing that have one row per span."""
-
-
-def rest_of(forcing: Forcing, k: int, x: float) -> Forcing:
-    """Return the spans from x in span k on."""
-    parts: dict[str, Any] = {}
-    for name in SPANNED:
-        rows = getattr(forcing, name)
-        parts[name] = None if rows is None else rows[k:]
-    begin = parts['begin'].copy()
-    begin[:1] = x
-    climate = forcing.temperatures
-    if climate is not None:
-        climate = replace(climate, interval=climate.interval[k:], place=climate.place[k:])
-    return replace(forcing, **{**parts, 'begin': begin, 'temperatures': climate})
-
-
-class SlackThread(SteppingPropagator):
-    """Propagator of a machine with a thread that cannot push.
+class SlackThread(ABC):
+    """A propagator that takes steps, of a machine with a thread that cannot push.
 
     Unless the machine stops with a slack thread, `advance` alternates between slack and taut
-    motion.
+    motion. A derived class turns a machine into a system.
+
+    Args:
+        machine: the machine.
+        planes: number of rotating planes.
+        nodes: names of the system's rows at the nodes of a step.
+        stages: stages of a step.
+        tolerance: the accuracy of steps.
+        columns: columns of `Work.piece`.
     """
+
+    name = 'collocation'
+    longest_step_s: float
 
     def __init__(
         self,
@@ -252,7 +246,12 @@ class SlackThread(SteppingPropagator):
         tolerance: Tolerance,
         columns: int = SIZE,
     ) -> None:
-        super().__init__(machine, planes, nodes, stages, tolerance, columns)
+        self._inertia, self._release_angle = machine.inertia, machine.release_angle
+        self.order = 2 * stages
+        self._tolerance = tolerance
+        self._state = np.zeros((), state_type(planes))
+        self._work = make_work(planes, nodes, stages, columns)
+        self._start_angle = 0.0
         self._goes_on = not machine.stops_when_slack
         self._slack_tolerance = tolerance_of(min(tolerance.step, TOLERANCE), 0.0, _COARSEN)
         self._slack_nodes, self._slack_columns = nodes, columns
@@ -263,6 +262,18 @@ class SlackThread(SteppingPropagator):
         self._tautened: list[Tautening] = []
 
     @abstractmethod
+    def _model_of(self, forcing: Forcing) -> Model:
+        """Return the system for the channels that the forcing has."""
+
+    @abstractmethod
+    def _phase(self, rows: NDArray[np.void]) -> tuple[FloatArray, FloatArray]:
+        """Return the phase within a turn (`forcing.polar`) and its rate φ̇ [rad/s]."""
+
+    @abstractmethod
+    def _failure(self, code: int, time_s: float) -> PropagationError:
+        """Return the error of a failed run."""
+
+    @abstractmethod
     def _loose_model(self, taut: Model) -> Model | None:
         """Return the system with a slack thread, or `None` if the thread never lets go."""
 
@@ -271,9 +282,72 @@ class SlackThread(SteppingPropagator):
         tautenings, self._tautened = self._tautened, []
         return tautenings
 
+    def _outside(self, forcing: Forcing) -> ForcingPieces:
+        """Return the pieces of the forcing; ValueError if a channel has too many powers."""
+        for name in ('neutral', 'tilt', 'gravity', 'lean'):
+            channel = getattr(forcing, name)
+            if channel is not None and channel.shape[1] > MOST_POWERS:
+                raise ValueError(
+                    f'Forcing.{name} has {channel.shape[1]} powers of x, at most {MOST_POWERS} '
+                    'are taken. Divide its pieces'
+                )
+        return ForcingPieces(
+            forcing.length_s, forcing.neutral, forcing.tilt, forcing.gravity, forcing.lean
+        )
+
     def _released(self, forcing: Forcing) -> tuple[NDArray[np.void], float]:
+        """Release the machine and return the row and the tension at the start."""
         self._is_slack, self._tautened = False, []
-        return super()._released(forcing)
+        row = np.empty(1, ROW)
+        tension = stepping.release(
+            *self._model_of(forcing),
+            self._release_angle,
+            self._outside(forcing),
+            float(forcing.begin[0]),
+            self._state,
+            self._work,
+            row.reshape(()),
+        )
+        self._start_angle = float(self._phase(row)[0][0])
+        return row, tension
+
+    def _run(
+        self,
+        forcing: Forcing,
+        model: Model,
+        tolerance: Tolerance,
+        longest_s: float,
+        state: NDArray[np.void] | None = None,
+        work: NDArray[np.void] | None = None,
+    ) -> tuple[NDArray[np.void], int, int, float]:
+        """Advance a state, by default the propagator's; return logged rows, code, span and x."""
+        rows = np.empty(int(np.count_nonzero(forcing.logged)), ROW)
+        code, span, x = stepping.advance(
+            *model,
+            tolerance,
+            longest_s,
+            self._outside(forcing),
+            Spans(forcing.begin, forcing.end, forcing.logged),
+            self._state if state is None else state,
+            self._work if work is None else work,
+            rows,
+        )
+        if code != OK:
+            rows = rows[: np.count_nonzero(forcing.logged[:span])]
+        return rows, code, span, x
+
+    def _motion(self, rows: NDArray[np.void]) -> Motion:
+        turned, phase_rate = self._phase(rows)
+        half_turns, fraction = since_start(rows['turns'], turned, self._start_angle)
+        return Motion(
+            angle=rows['angle'],
+            rate=rows['rate'],
+            torque=self._inertia * rows['torque'],
+            half_turns=half_turns,
+            fraction=fraction,
+            phase_rate=phase_rate,
+            beats=rows['beats'].copy(),
+        )
 
     def advance(self, forcing: Forcing) -> Motion:
         """Advance over the spans and return the motion at their logged ends.
@@ -291,7 +365,7 @@ class SlackThread(SteppingPropagator):
                 # it tautens with the code SLACK
                 free, work = self._records(len(loose.omega))
                 longest_s = min(_LONGEST_PHASE_RAD / loose.omega[0], self.longest_step_s)
-                rows, code, k, x = SteppingPropagator._run(
+                rows, code, k, x = SlackThread._run(
                     self, tail, loose, self._slack_tolerance, longest_s, free, work
                 )
             else:
@@ -307,7 +381,7 @@ class SlackThread(SteppingPropagator):
                 loose = self._loose_model(model)
             if code != SLACK or loose is None or stays > MOST_IN_PLACE:
                 raise self._failure(NO_CONVERGENCE if stays > MOST_IN_PLACE else code, time_s)
-            tail = rest_of(tail, k, x)
+            tail = tail.rest(k, x)
             self._change(tail, model, loose, time_s)
             if x >= tail.end[0]:
                 # at the end of the span its row, if logged, is still missing
@@ -317,7 +391,7 @@ class SlackThread(SteppingPropagator):
                     now, state = (loose, free) if self._is_slack else (model, self._state)
                     write_one(*now, self._outside(tail), x, state, work, row.reshape(()))
                 parts.append(row)
-                tail = rest_of(tail, 1, float(tail.begin[1]) if len(tail.begin) > 1 else 0.0)
+                tail = tail.part(1)
         rows = np.concatenate(parts) if parts else np.empty(0, ROW)
         return self._motion(rows) if len(rows) else no_motion()
 
@@ -358,11 +432,13 @@ class SlackThread(SteppingPropagator):
             'since_s': self._slack_since_s,
             'free': None if self._slack_state is None else state_of(self._slack_state),
         }
-        return {**super().state(), 'slack': slack}
+        start = {'start_angle': self._start_angle}
+        return {**state_of(self._state), **start, 'slack': slack}
 
     def restore(self, state: State) -> None:
         """Continue from a saved state."""
-        super().restore(state)
+        restore_record(self._state, state)
+        self._start_angle = float(state['start_angle'])
         slack = state['slack']
         self._is_slack, self._slack_since_s = slack['is_slack'], slack['since_s']
         self._tautened, self._slack_state = [], None

@@ -8,7 +8,6 @@ the range and a slack thread end the run. The driver uses only the methods of `s
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol
 
@@ -16,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauto_core.kernels import compiled, entry, inlined
-from tauto_core.machines import AnyMachine
 from tauto_core.machines.heat import Heat, HeatFactors
 from tauto_core.motion.events import (
     AT_EDGE,
@@ -29,10 +27,9 @@ from tauto_core.motion.events import (
     lay_out,
     step_to_event,
 )
-from tauto_core.motion.forcing import Forcing, Motion, since_start
+from tauto_core.motion.forcing import Forcing
 from tauto_core.motion.gauss_step import (
     LEAST_SETTLED,
-    MOST_POWERS,
     PART_STEP,
     PLANE,
     WHOLE_STEP,
@@ -44,7 +41,6 @@ from tauto_core.motion.gauss_step import (
     copy_planes,
     fill_integrals,
     finish,
-    make_work,
     sum_exactly,
 )
 from tauto_core.motion.lanes import (
@@ -78,8 +74,7 @@ from tauto_core.motion.system import (
     planes_of,
     set_piece,
 )
-from tauto_core.samples import FloatArray, State
-from tauto_core.scene.errors import PropagationError
+from tauto_core.samples import FloatArray
 
 # -----------------------------------------------------------------------------
 # The passages of zero that a clock counts: turns are upward passages of ϑ, beats all of θ.
@@ -649,7 +644,7 @@ def advance(
 
 
 # -----------------------------------------------------------------------------
-# The base class of the propagators that take steps.
+# The model of a machine, and the records of its run.
 
 
 class Model(NamedTuple):
@@ -741,122 +736,3 @@ def restore_record(record: NDArray[np.void], state: dict[str, Any]) -> None:
     """Set a running state from the result of `state_of`."""
     for name in record.dtype.names or ():
         record[name] = state[name]
-
-
-class SteppingPropagator(ABC):
-    """A propagator that takes steps. A derived class turns a machine into a system.
-
-    Args:
-        machine: the machine.
-        planes: number of rotating planes.
-        nodes: names of the system's rows at the nodes of a step.
-        stages: stages of a step.
-        tolerance: the accuracy of steps.
-        columns: columns of `Work.piece`.
-    """
-
-    name = 'collocation'
-    longest_step_s: float
-
-    def __init__(
-        self,
-        machine: AnyMachine,
-        planes: int,
-        nodes: tuple[str, ...],
-        stages: int,
-        tolerance: Tolerance,
-        columns: int = SIZE,
-    ) -> None:
-        self._inertia, self._release_angle = machine.inertia, machine.release_angle
-        self.order = 2 * stages
-        self._tolerance = tolerance
-        self._state = np.zeros((), state_type(planes))
-        self._work = make_work(planes, nodes, stages, columns)
-        self._start_angle = 0.0
-
-    @abstractmethod
-    def _model_of(self, forcing: Forcing) -> Model:
-        """Return the system for the channels that the forcing has."""
-
-    @abstractmethod
-    def _phase(self, rows: NDArray[np.void]) -> tuple[FloatArray, FloatArray]:
-        """Return the phase within a turn (`forcing.polar`) and its rate φ̇ [rad/s]."""
-
-    @abstractmethod
-    def _failure(self, code: int, time_s: float) -> PropagationError:
-        """Return the error of a failed run."""
-
-    def _outside(self, forcing: Forcing) -> ForcingPieces:
-        """Return the pieces of the forcing; ValueError if a channel has too many powers."""
-        for name in ('neutral', 'tilt', 'gravity', 'lean'):
-            channel = getattr(forcing, name)
-            if channel is not None and channel.shape[1] > MOST_POWERS:
-                raise ValueError(
-                    f'Forcing.{name} has {channel.shape[1]} powers of x, at most {MOST_POWERS} '
-                    'are taken. Divide its pieces'
-                )
-        return ForcingPieces(
-            forcing.length_s, forcing.neutral, forcing.tilt, forcing.gravity, forcing.lean
-        )
-
-    def _released(self, forcing: Forcing) -> tuple[NDArray[np.void], float]:
-        """Release the machine and return the row and the tension at the start."""
-        row = np.empty(1, ROW)
-        tension = release(
-            *self._model_of(forcing),
-            self._release_angle,
-            self._outside(forcing),
-            float(forcing.begin[0]),
-            self._state,
-            self._work,
-            row.reshape(()),
-        )
-        self._start_angle = float(self._phase(row)[0][0])
-        return row, tension
-
-    def _run(
-        self,
-        forcing: Forcing,
-        model: Model,
-        tolerance: Tolerance,
-        longest_s: float,
-        state: NDArray[np.void] | None = None,
-        work: NDArray[np.void] | None = None,
-    ) -> tuple[NDArray[np.void], int, int, float]:
-        """Advance a state, by default the propagator's; return logged rows, code, span and x."""
-        rows = np.empty(int(np.count_nonzero(forcing.logged)), ROW)
-        code, span, x = advance(
-            *model,
-            tolerance,
-            longest_s,
-            self._outside(forcing),
-            Spans(forcing.begin, forcing.end, forcing.logged),
-            self._state if state is None else state,
-            self._work if work is None else work,
-            rows,
-        )
-        if code != OK:
-            rows = rows[: np.count_nonzero(forcing.logged[:span])]
-        return rows, code, span, x
-
-    def _motion(self, rows: NDArray[np.void]) -> Motion:
-        turned, phase_rate = self._phase(rows)
-        half_turns, fraction = since_start(rows['turns'], turned, self._start_angle)
-        return Motion(
-            angle=rows['angle'],
-            rate=rows['rate'],
-            torque=self._inertia * rows['torque'],
-            half_turns=half_turns,
-            fraction=fraction,
-            phase_rate=phase_rate,
-            beats=rows['beats'].copy(),
-        )
-
-    def state(self) -> State:
-        """Return the running state by names, and the phase at the start."""
-        return {**state_of(self._state), 'start_angle': self._start_angle}
-
-    def restore(self, state: State) -> None:
-        """Continue from a saved state."""
-        restore_record(self._state, state)
-        self._start_angle = float(state['start_angle'])
