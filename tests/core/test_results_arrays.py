@@ -2,26 +2,14 @@
 
 from __future__ import annotations
 
-import inspect
-import re
 import sys
 
 import numpy as np
 import pytest
 
 import tauto_core as tauto
-from tauto_core.results import LOGGED, MOTION, OBSERVED
+from tauto_core.results import LOGGED, MOTION, OBSERVED, attributes
 from tauto_core.samples import FloatArray
-
-SUFFIXES = {
-    '_s': 's',
-    '_s_per_day': 's/day',
-    '_rad': 'rad',
-    '_rad_s': 'rad/s',
-    '_nmi': 'nautical_mile',
-    '_celsius': 'degC',
-    '_m_s2': 'm/s2',
-}
 
 
 @pytest.fixture(scope='module')
@@ -29,23 +17,31 @@ def voyage() -> tauto.Voyage:
     return tauto.sail('second_cam_at_sea', duration=60.0)
 
 
-def test_every_array_of_a_voyage_has_the_unit_of_its_name() -> None:
-    named = {
-        name: getattr(value, 'fget', None) or getattr(value, 'func', None)
-        for name, value in inspect.getmembers(tauto.Voyage)
-        if not name.startswith('_')
-    }
+def test_every_array_of_a_voyage_is_in_one_table(voyage: tauto.Voyage) -> None:
     arrays = {
         name
-        for name, function in named.items()
-        if function and 'FloatArray' in function.__annotations__['return']
+        for name in dir(tauto.Voyage)
+        if not name.startswith('_') and isinstance(getattr(voyage, name), np.ndarray)
     }
-    tables = LOGGED | OBSERVED | MOTION
-    assert arrays == set(tables)
-    for name, (unit, _) in tables.items():
-        suffix = re.search('_(?:s|s_per_day|rad|rad_s|nmi|celsius|m_s2|deg)$', name)[0]
-        assert unit == SUFFIXES.get(suffix, unit), name
-        assert (suffix == '_deg') == unit.startswith('degrees_'), name
+    assert sorted(arrays) == sorted([*LOGGED, *OBSERVED, *MOTION])
+
+
+@pytest.mark.parametrize(
+    ('name', 'units', 'words'),
+    [
+        ('estimated_rate_s_per_day', 's/day', 'estimated rate'),
+        ('angular_velocity_rad_s', 'rad/s', 'angular velocity'),
+        ('longitude_sigma_nmi', 'nautical_mile', 'longitude sigma'),
+        ('temperature_celsius', 'degC', 'temperature'),
+        ('motion_gravity_m_s2', 'm/s2', 'motion gravity'),
+        ('latitude_deg', 'degrees_north', 'latitude'),
+        ('clock_longitude_deg', 'degrees_east', 'clock longitude'),
+    ],
+)
+def test_units_are_those_of_udunits(
+    voyage: tauto.Voyage, name: str, units: str, words: str
+) -> None:
+    assert attributes(voyage, name) == {'units': units, 'long_name': words}
 
 
 def test_a_dataset_has_the_arrays_with_units(voyage: tauto.Voyage) -> None:

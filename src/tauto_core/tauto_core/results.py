@@ -4,6 +4,7 @@ units."""
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping
 from functools import cached_property
 from importlib import import_module
@@ -609,57 +610,43 @@ _GROUPS: tuple[tuple[str, str, Callable[[Any], list[_Row]]], ...] = (
 # -----------------------------------------------------------------------------
 # The arrays of a voyage as a dataset of xarray or a frame of pandas.
 
-LOGGED: dict[str, tuple[str, str]] = {
-    'time_s': ('s', 'true time since the first reading'),
-    'clock_error_s': ('s', 'reading of the dial less the true time'),
-    'corrected_error_s': ('s', 'corrected reading less the true time'),
-    'estimated_error_s': ('s', 'estimated error of the dial'),
-    'estimated_error_sigma_s': ('s', 'standard deviation of the estimated error of the dial'),
-    'estimated_rate_s_per_day': (
-        's/day',
-        'estimated rate of the dial; with covariates at rest',
-    ),
-    'estimated_rate_sigma_s_per_day': ('s/day', 'standard deviation of the estimated rate'),
-    'estimated_mean_rate_s_per_day': (
-        's/day',
-        'estimated rate; with covariates its mean since the start',
-    ),
-    'estimated_mean_rate_sigma_s_per_day': ('s/day', 'standard deviation of the mean rate'),
-    'angle_rad': ('rad', 'angle of the wheel in its case'),
-    'angular_velocity_rad_s': ('rad/s', 'angular velocity of the wheel in its case'),
-    'phase_rad': ('rad', 'phase of the swing since the release'),
-    'raw_longitude_error_nmi': ('nautical_mile', 'error of the longitude by the dial, east'),
-    'longitude_error_nmi': (
-        'nautical_mile',
-        'error of the longitude by the corrected clock, east',
-    ),
-    'longitude_sigma_nmi': ('nautical_mile', 'standard deviation of the longitude'),
-    'latitude_deg': ('degrees_north', 'true latitude of the ship'),
-    'longitude_deg': ('degrees_east', 'true longitude of the ship'),
-    'clock_longitude_deg': ('degrees_east', 'longitude of the ship by the corrected clock'),
-    'temperature_celsius': ('degC', 'temperature in the box of the clock'),
-    'roll_rad': ('rad', 'roll of the ship, starboard side down'),
-}
-"""Units (UDUNITS, as in the CF conventions) and meanings of arrays on the log grid, time first."""
+LOGGED = (
+    'time_s', 'clock_error_s', 'corrected_error_s', 'estimated_error_s', 'estimated_error_sigma_s',
+    'estimated_rate_s_per_day', 'estimated_rate_sigma_s_per_day', 'estimated_mean_rate_s_per_day',
+    'estimated_mean_rate_sigma_s_per_day', 'angle_rad', 'angular_velocity_rad_s', 'phase_rad',
+    'raw_longitude_error_nmi', 'longitude_error_nmi', 'longitude_sigma_nmi', 'latitude_deg',
+    'longitude_deg', 'clock_longitude_deg', 'temperature_celsius', 'roll_rad',
+)  # fmt: skip
+"""Names of the arrays on the log grid, time first."""
 
-OBSERVED: dict[str, tuple[str, str]] = {
-    'observation_time_s': ('s', 'time of an observation, from the first reading'),
-    'observed_error_s': ('s', 'reading less the true time as it was observed'),
-}
+OBSERVED = ('observation_time_s', 'observed_error_s')
 """The same for arrays with a value for each observation."""
 
-MOTION: dict[str, tuple[str, str]] = {
-    'motion_time_s': ('s', 'time of a sample of the motion, from the first reading'),
-    'motion_roll_rad': ('rad', 'roll of the ship, starboard side down'),
-    'motion_gravity_m_s2': ('m/s2', 'apparent gravity at the clock'),
-}
+MOTION = ('motion_time_s', 'motion_roll_rad', 'motion_gravity_m_s2')
 """The same for arrays with a value for each sample of the ship's motion."""
 
-ON_A_CURVE: dict[str, tuple[str, str]] = {
-    'angle_rad': ('m', 'arc of the body from its lowest point'),
-    'angular_velocity_rad_s': ('m/s', 'speed of the body'),
+_NAME = re.compile('(.*?)_(s|s_per_day|rad|rad_s|nmi|celsius|m_s2|deg)')
+_UNITS = {
+    's_per_day': 's/day', 'rad_s': 'rad/s', 'nmi': 'nautical_mile', 'celsius': 'degC',
+    'm_s2': 'm/s2',
+}  # fmt: skip
+_ON_A_CURVE = {
+    'angle_rad': {'units': 'm', 'long_name': 'arc'},
+    'angular_velocity_rad_s': {'units': 'm/s', 'long_name': 'speed'},
 }
-"""Units and meanings of two arrays of a regulator without a wheel."""
+"""Attributes of two arrays of a regulator without a wheel."""
+
+
+def attributes(voyage: Any, name: str) -> dict[str, str]:
+    """Return `units` (UDUNITS, as in the CF conventions) and `long_name` of an array."""
+    if voyage.scene.regulator is not None and name in _ON_A_CURVE:
+        return _ON_A_CURVE[name]
+    match = _NAME.fullmatch(name)
+    assert match is not None
+    words, unit = match.groups()
+    if unit == 'deg':
+        unit = 'degrees_north' if words == 'latitude' else 'degrees_east'
+    return {'units': _UNITS.get(unit, unit), 'long_name': words.replace('_', ' ')}
 
 
 def dataset(voyage: Any) -> Dataset:
@@ -670,10 +657,9 @@ def dataset(voyage: Any) -> Dataset:
         raise _not_installed('xarray') from None
     arrays: dict[str, Any] = {}
     for table in (LOGGED, OBSERVED, MOTION):
-        axis = next(iter(table))
+        axis = table[0]
         for name, values in _arrays_of(voyage, table).items():
-            unit, meaning = _unit_and_meaning(voyage, name, table)
-            arrays[name] = axis, values, {'units': unit, 'long_name': meaning}
+            arrays[name] = axis, values, attributes(voyage, name)
     return xarray.Dataset(arrays, attrs={'scene': voyage.scene.name, 'answer': voyage.answer})
 
 
@@ -684,23 +670,16 @@ def frame(voyage: Any) -> DataFrame:
     except ModuleNotFoundError:
         raise _not_installed('pandas') from None
     arrays = _arrays_of(voyage, LOGGED)
-    table = pd.DataFrame(arrays).set_index(next(iter(LOGGED)))
-    units = {name: _unit_and_meaning(voyage, name, LOGGED)[0] for name in arrays}
+    table = pd.DataFrame(arrays).set_index(LOGGED[0])
+    units = {name: attributes(voyage, name)['units'] for name in arrays}
     table.attrs = {'scene': voyage.scene.name, 'answer': voyage.answer, 'units': units}
     return table
 
 
-def _arrays_of(voyage: Any, table: dict[str, tuple[str, str]]) -> dict[str, np.ndarray]:
+def _arrays_of(voyage: Any, table: tuple[str, ...]) -> dict[str, np.ndarray]:
     """Return the arrays of a table that the voyage has."""
     arrays = {name: getattr(voyage, name) for name in table}
     return {name: values for name, values in arrays.items() if len(values)}
-
-
-def _unit_and_meaning(
-    voyage: Any, name: str, table: dict[str, tuple[str, str]]
-) -> tuple[str, str]:
-    """Return unit and meaning of an array."""
-    return (ON_A_CURVE if voyage.scene.regulator is not None else {}).get(name, table[name])
 
 
 def _not_installed(library: str) -> TautoError:

@@ -19,7 +19,6 @@ from tauto_core.clockwork import TrochleaStage
 from tauto_core.kernels import optimised
 from tauto_core.machines import AnyMachine, OtherRegulator
 from tauto_core.navigation import DriftStage, LongitudeStage, Route, drift_warnings
-from tauto_core.navigation.drift import ESTIMATE_NAMES, MEAN_RATE_NAMES
 from tauto_core.navigation.regressors import SHAKEN_BY, RecordedIntegrals, integral_names
 from tauto_core.results import Summary, answer, dataset, drawn_by, frame, sea_of
 from tauto_core.samples import (
@@ -231,6 +230,27 @@ _RENAMED = {
 """Arrays of estimates by their names in version 0.2."""
 
 
+def _fixed(values: FloatArray) -> FloatArray:
+    """Return a read-only view of an array."""
+    return np.broadcast_to(values, values.shape)
+
+
+def _error_s(clock: TimeSamples) -> FloatArray:
+    return (clock.time_ref_ns - clock.stamp_ns) / NS_PER_S
+
+
+def _array(topic: str, column: Callable[[Any], FloatArray] | str) -> cached_property[FloatArray]:
+    return cached_property(lambda voyage: voyage._read(topic, column))
+
+
+def _figure(section: str, name: str) -> cached_property[float]:
+    def figure(voyage: Voyage) -> float:
+        value = voyage.result.get(section, {}).get(name)
+        return math.nan if value is None else float(value)
+
+    return cached_property(figure)
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Voyage:
     """The data of a clock on a voyage.
@@ -261,39 +281,23 @@ class Voyage:
         """The result of the voyage in a sentence."""
         return str(self.result['answer'])
 
-    @property
-    def error_s(self) -> float:
-        """Reading of the dial less the true time at the end [s], positive if fast."""
-        return self._figure('clock', 'error_s')
+    error_s = _figure('clock', 'error_s')
+    """Reading of the dial less the true time at the end [s], positive if fast."""
 
-    @property
-    def rate_s_per_day(self) -> float:
-        """Mean rate of the dial over the voyage [s/day], positive if fast."""
-        return self._figure('clock', 'rate_s_per_day')
+    rate_s_per_day = _figure('clock', 'rate_s_per_day')
+    """Mean rate of the dial over the voyage [s/day], positive if fast."""
 
-    @property
-    def amplitude_rad(self) -> float:
-        """Amplitude of the wheel at the end [rad]."""
-        return self._figure('trochlea', 'amplitude_rad')
+    amplitude_rad = _figure('trochlea', 'amplitude_rad')
+    """Amplitude of the wheel at the end [rad]."""
 
-    @property
-    def raw_error_nmi(self) -> float:
-        """Error of the ship's longitude by the dial at the end, to the east [nautical miles]."""
-        return self._figure('longitude', 'raw_error_nmi')
+    raw_error_nmi = _figure('longitude', 'raw_error_nmi')
+    """Error of the ship's longitude by the dial at the end, to the east [nautical miles]."""
 
-    @property
-    def error_nmi(self) -> float:
-        """Error of the ship's longitude by the corrected clock at the end [nautical miles]."""
-        return self._figure('longitude', 'error_nmi')
+    error_nmi = _figure('longitude', 'error_nmi')
+    """Error of the ship's longitude by the corrected clock at the end [nautical miles]."""
 
-    @property
-    def sigma_nmi(self) -> float:
-        """Standard deviation of `error_nmi` as the navigator states it [nautical miles]."""
-        return self._figure('longitude', 'sigma_nmi')
-
-    def _figure(self, section: str, name: str) -> float:
-        value = self.result.get(section, {}).get(name)
-        return math.nan if value is None else float(value)
+    sigma_nmi = _figure('longitude', 'sigma_nmi')
+    """Standard deviation of `error_nmi` as the navigator states it [nautical miles]."""
 
     @cached_property
     def ship_motion(self) -> ShipMotion:
@@ -310,52 +314,29 @@ class Voyage:
         """True time since the first reading [s]."""
         return self._seconds(READING)
 
-    @cached_property
-    def clock_error_s(self) -> FloatArray:
-        """Reading of the dial less the true time [s], positive if fast."""
-        return self._read(READING, _error_s)
+    clock_error_s = _array(READING, _error_s)
+    """Reading of the dial less the true time [s], positive if fast."""
 
-    @cached_property
-    def corrected_error_s(self) -> FloatArray:
-        """Reading less its estimated error, less the true time [s]."""
-        return self._read(CORRECTED, _error_s)
+    corrected_error_s = _array(CORRECTED, _error_s)
+    """Reading less its estimated error, less the true time [s]."""
 
-    @property
-    def estimated_error_s(self) -> FloatArray:
-        """Error of the dial as the navigator estimates it [s]."""
-        return self._named(ESTIMATE, 'offset_s')
+    estimated_error_s = _array(ESTIMATE, 'offset_s')
+    """Error of the dial as the navigator estimates it [s]."""
 
-    @property
-    def estimated_error_sigma_s(self) -> FloatArray:
-        """Standard deviation of `estimated_error_s` [s]."""
-        return self._named(ESTIMATE, 'offset_sigma_s')
+    estimated_error_sigma_s = _array(ESTIMATE, 'offset_sigma_s')
+    """Standard deviation of `estimated_error_s` [s]."""
 
-    @property
-    def estimated_rate_s_per_day(self) -> FloatArray:
-        """Estimated rate of the dial [s/day], positive if fast. With covariates: at rest."""
-        return self._named(ESTIMATE, 'rate_s_per_day')
+    estimated_rate_s_per_day = _array(ESTIMATE, 'rate_s_per_day')
+    """Estimated rate of the dial [s/day], positive if fast. With covariates: at rest."""
 
-    @property
-    def estimated_mean_rate_s_per_day(self) -> FloatArray:
-        """Estimated rate [s/day]. With covariates: its mean since the start."""
-        return self._mean_rate(0)
+    estimated_mean_rate_s_per_day = _array(ESTIMATE, 'mean_rate_s_per_day')
+    """Estimated rate [s/day]. With covariates: its mean since the start."""
 
-    @property
-    def estimated_mean_rate_sigma_s_per_day(self) -> FloatArray:
-        """Standard deviation of `estimated_mean_rate_s_per_day` [s/day]."""
-        return self._mean_rate(1)
+    estimated_mean_rate_sigma_s_per_day = _array(ESTIMATE, 'mean_rate_sigma_s_per_day')
+    """Standard deviation of `estimated_mean_rate_s_per_day` [s/day]."""
 
-    def _mean_rate(self, which: int) -> FloatArray:
-        def mean(estimate: JointSamples) -> FloatArray:
-            names = MEAN_RATE_NAMES if MEAN_RATE_NAMES[0] in estimate.name else ESTIMATE_NAMES[2:]
-            return estimate.position[:, estimate.name.index(names[which])]
-
-        return self._read(ESTIMATE, mean)
-
-    @property
-    def estimated_rate_sigma_s_per_day(self) -> FloatArray:
-        """Standard deviation of `estimated_rate_s_per_day` [s/day]."""
-        return self._named(ESTIMATE, 'rate_sigma_s_per_day')
+    estimated_rate_sigma_s_per_day = _array(ESTIMATE, 'rate_sigma_s_per_day')
+    """Standard deviation of `estimated_rate_s_per_day` [s/day]."""
 
     def __getattr__(self, name: str) -> FloatArray:
         """Return an array of estimates by its name in version 0.2."""
@@ -366,51 +347,33 @@ class Voyage:
         array: FloatArray = getattr(self, renamed)
         return array
 
-    @property
-    def angle_rad(self) -> FloatArray:
-        """Angle of the wheel in its case [rad], or arc of a body in a fluid [m]."""
-        return self._read(JOINT_STATES, lambda states: states.position[:, 0])
+    angle_rad = _array(JOINT_STATES, lambda states: states.position[:, 0])
+    """Angle of the wheel in its case [rad], or arc of a body in a fluid [m]."""
 
-    @property
-    def angular_velocity_rad_s(self) -> FloatArray:
-        """Angular velocity of the wheel in its case [rad/s], or speed of a body in a fluid
-        [m/s]."""
-        return self._read(JOINT_STATES, lambda states: states.velocity[:, 0])
+    angular_velocity_rad_s = _array(JOINT_STATES, lambda states: states.velocity[:, 0])
+    """Angular velocity of the wheel in its case [rad/s], or speed of a body in a fluid
+    [m/s]."""
 
-    @property
-    def phase_rad(self) -> FloatArray:
-        """Phase of the swing since the release [rad], 2π per period."""
-        return self._named(PHASE, 'phase')
+    phase_rad = _array(PHASE, 'phase')
+    """Phase of the swing since the release [rad], 2π per period."""
 
-    @property
-    def raw_longitude_error_nmi(self) -> FloatArray:
-        """Error of the ship's longitude by the dial, to the east [nautical miles]."""
-        return self._named(LONGITUDE_ERROR, 'raw_error_nmi')
+    raw_longitude_error_nmi = _array(LONGITUDE_ERROR, 'raw_error_nmi')
+    """Error of the ship's longitude by the dial, to the east [nautical miles]."""
 
-    @property
-    def longitude_error_nmi(self) -> FloatArray:
-        """Error of the ship's longitude by the corrected clock, to the east [nautical miles]."""
-        return self._named(LONGITUDE_ERROR, 'error_nmi')
+    longitude_error_nmi = _array(LONGITUDE_ERROR, 'error_nmi')
+    """Error of the ship's longitude by the corrected clock, to the east [nautical miles]."""
 
-    @property
-    def longitude_sigma_nmi(self) -> FloatArray:
-        """Standard deviation of `longitude_error_nmi` [nautical miles]."""
-        return self._named(LONGITUDE_ERROR, 'sigma_nmi')
+    longitude_sigma_nmi = _array(LONGITUDE_ERROR, 'sigma_nmi')
+    """Standard deviation of `longitude_error_nmi` [nautical miles]."""
 
-    @property
-    def latitude_deg(self) -> FloatArray:
-        """True latitude of the ship [degrees north]."""
-        return self._read(SHIP_FIX, lambda fix: fix.latitude)
+    latitude_deg = _array(SHIP_FIX, lambda fix: fix.latitude)
+    """True latitude of the ship [degrees north]."""
 
-    @property
-    def longitude_deg(self) -> FloatArray:
-        """True longitude of the ship [degrees east]."""
-        return self._read(SHIP_FIX, lambda fix: fix.longitude)
+    longitude_deg = _array(SHIP_FIX, lambda fix: fix.longitude)
+    """True longitude of the ship [degrees east]."""
 
-    @property
-    def clock_longitude_deg(self) -> FloatArray:
-        """Longitude of the ship by the corrected clock [degrees east]."""
-        return self._read(LONGITUDE_FIX, lambda fix: fix.longitude)
+    clock_longitude_deg = _array(LONGITUDE_FIX, lambda fix: fix.longitude)
+    """Longitude of the ship by the corrected clock [degrees east]."""
 
     @cached_property
     def temperature_celsius(self) -> FloatArray:
@@ -438,10 +401,8 @@ class Voyage:
         """Time of the motion's samples, from the first reading [s]."""
         return self._seconds(SHIP_IMU)
 
-    @cached_property
-    def motion_roll_rad(self) -> FloatArray:
-        """Roll of the ship [rad], positive with starboard side down."""
-        return self._read(SHIP_IMU, lambda imu: attitude(imu).roll)
+    motion_roll_rad = _array(SHIP_IMU, lambda imu: attitude(imu).roll)
+    """Roll of the ship [rad], positive with starboard side down."""
 
     @cached_property
     def roll_rad(self) -> FloatArray:
@@ -450,12 +411,10 @@ class Voyage:
             return np.empty(0)
         return _fixed(np.interp(self.time_s, self.motion_time_s, self.motion_roll_rad))
 
-    @cached_property
-    def motion_gravity_m_s2(self) -> FloatArray:
-        """Apparent gravity at the clock: magnitude of the specific force [m/s2]."""
-        return self._read(
-            SHIP_IMU, lambda imu: np.sqrt(np.square(imu.linear_acceleration).sum(axis=1))
-        )
+    motion_gravity_m_s2 = _array(
+        SHIP_IMU, lambda imu: np.sqrt(np.square(imu.linear_acceleration).sum(axis=1))
+    )
+    """Apparent gravity at the clock: magnitude of the specific force [m/s2]."""
 
     def plot(
         self,
@@ -517,24 +476,19 @@ class Voyage:
             samples.setdefault(SCENE, text(self.start_ns, scene_yaml(self.scene)))
             writer.write(samples)
 
-    def _read(self, topic: str, array: Callable[[Any], FloatArray]) -> FloatArray:
-        """Return an array from the samples of a topic, empty if the voyage lacks it."""
-        return _fixed(array(self.samples[topic]) if topic in self.samples else np.empty(0))
+    def _read(self, topic: str, column: Callable[[Any], FloatArray] | str) -> FloatArray:
+        """Return a column of a topic by its name or a function, empty if the voyage lacks it."""
+        samples: Any = self.samples.get(topic)
+        if samples is None:
+            return _fixed(np.empty(0))
+        if callable(column):
+            return _fixed(column(samples))
+        # without covariates the rate is the same as its mean
+        name = column if column in samples.name else column.removeprefix('mean_')
+        return _fixed(samples.position[:, samples.name.index(name)])
 
     def _seconds(self, topic: str) -> FloatArray:
         return self._read(topic, lambda samples: (samples.stamp_ns - self.start_ns) / NS_PER_S)
-
-    def _named(self, topic: str, name: str) -> FloatArray:
-        return self._read(topic, lambda states: states.position[:, states.name.index(name)])
-
-
-def _fixed(values: FloatArray) -> FloatArray:
-    """Return a read-only view of an array."""
-    return np.broadcast_to(values, values.shape)
-
-
-def _error_s(clock: TimeSamples) -> FloatArray:
-    return (clock.time_ref_ns - clock.stamp_ns) / NS_PER_S
 
 
 # -----------------------------------------------------------------------------
