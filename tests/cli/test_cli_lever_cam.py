@@ -50,7 +50,6 @@ def test_both_cheeks_are_written_for_themselves(own_cam: str, tmp_path: Path) ->
 
 def test_what_cannot_be_drawn_is_refused(own_cam: str, tmp_path: Path) -> None:
     assert '--reach = 3.0 rad' in run('cam', own_cam, '--reach', 3, code=2)
-    assert '--thread = 0.5 mm' in run('cam', own_cam, '--thread', 0.5, code=2)
     file = tmp_path / 'never.csv'
     thick = ('cam', own_cam, '--thread', 90, '--reach', 0.5, '--csv', file)
     assert 'Use a thinner thread' in run(*thick, code=2)

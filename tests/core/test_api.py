@@ -260,7 +260,6 @@ def test_one_clock_with_two_values_is_compared() -> None:
         ),
         (lambda: tauto.replay('no_bag'), 'no_bag does not exist'),
         (lambda: tauto.cam('measured', reach_rad=-1.0), r'reach_rad = -1\.0 rad: must be > 0'),
-        (lambda: tauto.cam('measured', thread_mm=1.0), 'Add csv=, svg= or dxf=, or leave'),
         (lambda: tauto.cam('measured', bore_mm=1.0), 'bore_mm = 1 mm: .* Ask for one, plate=True'),
         (
             lambda: tauto.cam('ideal', svg='x.svg', thread_mm=0.5, reach_rad=8.0),

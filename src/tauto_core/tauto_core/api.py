@@ -75,6 +75,10 @@ GONE = {
             ', or give fleets on several machines different seeds',
         ),
     ),
+    'template': (
+        'cam',
+        ArgumentText(': is no longer written. Use ', Argument('svg'), ', which prints to scale'),
+    ),
     'page': (
         'euler',
         ArgumentText(': is no longer written. Use ', Argument('site'), ', whose pages hold it'),
@@ -430,7 +434,6 @@ def cam(
     csv: File | None = None,
     svg: File | None = None,
     dxf: File | None = None,
-    template: File | None = None,
     step: File | None = None,
     stl: File | None = None,
     plate: bool = False,
@@ -466,10 +469,9 @@ def cam(
         csv: write the points of the outline, of both cheeks or branches.
         svg: draw the outline or the plate to scale.
         dxf: draw it for the workshop. A plate has arcs and the path of the cutter.
-        template: draw the plate to scale on a sheet of A4 (.svg).
         step: write wheel, cheeks and axle as solids.
         stl: folder for wheel.stl, cheeks.stl and axle.stl.
-        plate: close both cheeks into a plate. Implied by `template` and solids.
+        plate: close both cheeks into a plate. Implied by solids.
         reach_rad: largest angle drawn [rad]. Default: 1.5 times the swing of the wheel, within the
             cam and before the cheeks meet.
         points: points on each cheek or branch. Default: 200, or 11 if `tauto cam` only prints.
@@ -500,7 +502,7 @@ def cam(
     """
     from tauto_core.plots import cutting
 
-    named = {'csv': csv, 'svg': svg, 'dxf': dxf, 'template': template, 'step': step, 'stl': stl}
+    named = {'csv': csv, 'svg': svg, 'dxf': dxf, 'step': step, 'stl': stl}
     files = {name: path(name, file) for name, file in named.items() if file is not None}
     lengths = {
         'thread_mm': thread_mm,
@@ -515,7 +517,7 @@ def cam(
     }
     sizes = {name: number(name, size, 'mm') for name, size in lengths.items() if size is not None}
     reach = None if reach_rad is None else number('reach_rad', reach_rad, 'rad')
-    is_plate = plate or not files.keys().isdisjoint(('template', 'step', 'stl'))
+    is_plate = plate or not files.keys().isdisjoint(('step', 'stl'))
     count = 200 if points is None else whole('points', points)
     cutting.check_cut(files, sizes, is_plate, count)
     if lines and dxf is None:

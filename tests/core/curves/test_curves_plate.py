@@ -7,12 +7,12 @@ import math
 import numpy as np
 import pytest
 
-from tauto_core.curves import Cam, CircularArc, Hole, Involute, WeightCorrected
+from tauto_core.curves import Cam, CircularArc, Hole, Involute, SpringCorrected, WeightCorrected
 from tauto_core.curves.cam import Pull, Setting
 from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
 from tauto_core.curves.drawing import (
-    ArcPath,
     CheekArcs,
+    Circle,
     Plate,
     cam_plate,
     cheek,
@@ -181,8 +181,7 @@ def test_the_remedies_of_the_refusals_work() -> None:
 
 
 def test_a_circle_is_flattened_within_the_sagitta() -> None:
-    two = ArcPath(np.array([-2.0, 2.0]), np.array([0.0, 0.0]), np.array([1.0, 1.0]))
-    x, y = two.polygon(1e-6)
+    x, y = Circle('BORE', 0.0, 0.0, 2.0).path.polygon(1e-6)
     np.testing.assert_allclose(np.hypot(x, y), 2.0, rtol=1e-14)
     middle = 0.5 * np.hypot(x + np.roll(x, -1), y + np.roll(y, -1))
     assert 0.0 < 2.0 - np.min(middle) <= 1e-6
@@ -193,3 +192,11 @@ def test_a_circular_cheek_is_as_many_arcs_as_a_biarc_has() -> None:
     assert isinstance(plate.cheek, CheekArcs)
     np.testing.assert_allclose(plate.cheek.radius, [19.8, 19.8], rtol=1e-9)
     np.testing.assert_allclose(plate.cheek.centre, [-20.0 + 10.0j] * 2, atol=1e-8)
+
+
+def test_a_thread_that_no_cheek_can_guide_is_refused() -> None:
+    assert cheek(Involute(0.01), 10, 7.0, 0.5e-3).angle[-1] == 7.0
+    with pytest.raises(UsageError, match='nowhere as round'):
+        cheek(CircularArc(0.02, 0.01), thread_thickness=0.05)
+    with pytest.raises(UsageError, match='hollow from its tip'):
+        cheek(SpringCorrected(0.01, 200.0))

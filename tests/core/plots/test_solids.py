@@ -10,27 +10,27 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tauto_core.plots.cutting import ScenePlate, plate_of
+from tauto_core.curves.drawing import Plate
+from tauto_core.plots.cutting import plate_of
 from tauto_core.plots.solids import CadError, check_solids, wheel_sizes, write_solids
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import UsageError
 
 BRASS = 8500e-9  # kg/mm³
+INERTIA = 4e-4
 
 
 @pytest.fixture(scope='module')
-def made() -> ScenePlate:
+def made() -> Plate:
     return plate_of(load_scene('measured'))
 
 
 @pytest.fixture(scope='module')
-def meshes(made: ScenePlate, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
+def meshes(made: Plate, tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     pytest.importorskip('build123d', reason="the extra 'cad' is not installed")
     trimesh = pytest.importorskip('trimesh', reason="the extra 'cad' is not installed")
     folder = tmp_path_factory.mktemp('solids')
-    files = write_solids(
-        made.plate, made.name, made.setting.inertia, 2.0, folder / 'all.step', folder / 'stl'
-    )
+    files = write_solids(made, 'measured', INERTIA, 2.0, folder / 'all.step', folder / 'stl')
     assert sorted(file.name for file in files) == [
         'all.step',
         'axle.stl',
@@ -41,7 +41,7 @@ def meshes(made: ScenePlate, tmp_path_factory: pytest.TempPathFactory) -> dict[s
 
 
 def test_the_meshes_are_closed_and_have_the_inertia_of_the_scene(
-    meshes: dict[str, Any], made: ScenePlate
+    meshes: dict[str, Any],
 ) -> None:
     assert all(mesh.is_watertight for mesh in meshes.values())
     assert all(mesh.volume > 0.0 for mesh in meshes.values())
@@ -52,18 +52,18 @@ def test_the_meshes_are_closed_and_have_the_inertia_of_the_scene(
         x, y, _ = mesh.center_mass
         inertia += 1e-6 * (about + mesh.mass * (x * x + y * y))
     # facets of a micrometre's sagitta lose 4·1e-3/60 of the rim
-    assert inertia == pytest.approx(made.setting.inertia, rel=2e-4)
+    assert inertia == pytest.approx(INERTIA, rel=2e-4)
 
 
-def test_the_lever_arm_rebuilt_from_the_stl(meshes: dict[str, Any], made: ScenePlate) -> None:
+def test_the_lever_arm_rebuilt_from_the_stl(meshes: dict[str, Any], made: Plate) -> None:
     """Within the tolerance of the outline, of the facets, and STL's 24 bits."""
     points = meshes['cheeks'].vertices
     # the part that the thread can touch from the slot
     left = points[(points[:, 0] < 0.0) & (points[:, 1] > 4.0), :2]
-    angle = np.linspace(made.plate.acts_from_rad, 1.49, 500)
+    angle = np.linspace(made.acts_from_rad, 1.49, 500)
     arm = 0.25 + np.array([np.max(left @ [math.cos(a), math.sin(a)]) for a in angle])
     wrong = arm - 5.0 * angle
-    assert np.max(np.abs(wrong)) < 2.5 * made.plate.tolerance
+    assert np.max(np.abs(wrong)) < 2.5 * made.tolerance
     # its cost at 0.5 rad, by first-order perturbation: less than 10 nm all along, 0.22 s/day
     phase = (np.arange(2000) + 0.5) * (0.25 * math.pi / 1000)
     at = 0.5 * np.sin(phase)
@@ -72,11 +72,11 @@ def test_the_lever_arm_rebuilt_from_the_stl(meshes: dict[str, Any], made: SceneP
 
 
 def test_the_step_file_holds_three_named_solids(
-    meshes: dict[str, Any], made: ScenePlate, tmp_path: Path
+    meshes: dict[str, Any], made: Plate, tmp_path: Path
 ) -> None:
     build123d = pytest.importorskip('build123d')
     file = tmp_path / 'all.step'
-    write_solids(made.plate, made.name, made.setting.inertia, 2.0, file, None)
+    write_solids(made, 'measured', INERTIA, 2.0, file, None)
     read = build123d.import_step(file)
     solids = {child.label: child for child in read.children}
     assert sorted(solids) == ['axle', 'cheeks', 'wheel']
@@ -87,9 +87,9 @@ def test_the_step_file_holds_three_named_solids(
     np.testing.assert_allclose([box.min.Z, box.max.Z], [0.0, 2.0], atol=1e-6)
 
 
-def test_a_wheel_lighter_than_its_cheeks_is_refused(made: ScenePlate) -> None:
+def test_a_wheel_lighter_than_its_cheeks_is_refused(made: Plate) -> None:
     with pytest.raises(UsageError, match=r'thickness_mm = 20 mm: .* the scene has 1e-07 kg m2'):
-        wheel_sizes(made.plate, 1e-7, 20.0)
+        wheel_sizes(made, 1e-7, 20.0)
 
 
 @pytest.mark.parametrize('thickness', [0.0, math.nan, 200.0])

@@ -108,17 +108,15 @@ def cam(made: CamOutline, as_json: bool, given: Given) -> Said | None:
         say(line)
     if as_json:
         return made.facts()
-    if made.plate is not None:
+    if made.plate is not None and made.plate.rates is not None:
         heads = 'amplitude, rad', 'rounded cusp, s/day', 'as drawn', '1 µm too deep'
-        rates = made.plate.rates
-        figures = zip(
-            rates.amplitude_rad, rates.edge, rates.outline, rates.one_micrometre, strict=True
-        )
+        from tauto_core.plots.cutting import plate_words
+
         rows = (
             (f'{amplitude:.4g}', *(significant(rate, 2, signed=True) for rate in cost))
-            for amplitude, *cost in figures
+            for amplitude, *cost in zip(*made.plate.rates, strict=True)
         )
-        return '\n'.join([*made.plate.words(), *_aligned([heads, *rows])])
+        return '\n'.join([*plate_words(made.plate), *_aligned([heads, *rows])])
     if made.files:
         return None
     columns = made.columns()

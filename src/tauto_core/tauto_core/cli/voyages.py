@@ -55,7 +55,7 @@ OF_PLOT = {
 OF_REPORT = {'file': _file('Ending in .html, which is replaced. Default: NAME.html.')}
 
 
-CAM_FILES = ('csv', 'svg', 'dxf', 'template', 'step', 'stl')
+CAM_FILES = ('csv', 'svg', 'dxf', 'step', 'stl')
 SHOWN = 11
 """Number of printed points of a cam."""
 

@@ -189,28 +189,37 @@ _MOST_HALVINGS = 20
 _SWING_NODES = 20_001
 
 
-class Circle(NamedTuple):
-    """A circle [mm]."""
-
-    layer: str
-    x: float
-    y: float
-    radius: float
-
-
 class ArcPath(NamedTuple):
-    """A closed path of arcs and lines, each array of shape (n,).
+    """A path of arcs and lines in a layer of a drawing, each array of shape (n,).
 
     Attributes:
+        layer: name of the layer.
         x: vertices [mm].
         y: vertices [mm].
         bulge: tan(α/4) of the arc from each vertex to the next, α its angle, positive
-            counter-clockwise, 0 for a line.
+            counter-clockwise, at most half a turn, 0 for a line.
+        is_closed: whether the last vertex is joined to the first.
     """
 
+    layer: str
     x: FloatArray
     y: FloatArray
     bulge: FloatArray
+    is_closed: bool = True
+
+    def svg(self) -> str:
+        """Return the data of an SVG path, with y downwards."""
+        parts = [f'M{self.x[0]:.6f} {-self.y[0]:.6f}']
+        x, y = (np.roll(part, -1) for part in (self.x, self.y))
+        sides = list(zip(x, y, np.hypot(x - self.x, y - self.y), self.bulge, strict=True))
+        for x, y, chord, bulge in sides if self.is_closed else sides[:-1]:
+            if bulge == 0.0:
+                parts.append(f'L{x:.6f} {-y:.6f}')
+                continue
+            radius = 0.25 * chord * (1.0 / abs(bulge) + abs(bulge))
+            # with y downwards a left turn is SVG's flag 0
+            parts.append(f'A{radius:.6f} {radius:.6f} 0 0 {int(bulge < 0.0)} {x:.6f} {-y:.6f}')
+        return ''.join(parts) + 'Z' * self.is_closed
 
     def polygon(self, sagitta: float) -> tuple[FloatArray, FloatArray]:
         """Return points (x, y) on the path, with chords within a sagitta of it [mm]."""
@@ -230,6 +239,26 @@ class ArcPath(NamedTuple):
             parts.append(centre + (start - centre) * part)
         curve = np.concatenate(parts)
         return curve.real, curve.imag
+
+
+class Circle(NamedTuple):
+    """A circle in a layer of a drawing [mm]."""
+
+    layer: str
+    x: float
+    y: float
+    radius: float
+
+    @property
+    def path(self) -> ArcPath:
+        """The circle as a path of two arcs."""
+        x = self.x + self.radius * np.array([-1.0, 1.0])
+        return ArcPath(self.layer, x, np.full(2, self.y), np.ones(2))
+
+
+def polyline(layer: str, x: FloatArray, y: FloatArray) -> ArcPath:
+    """Return an open path of lines between points [mm]."""
+    return ArcPath(layer, x, y, np.zeros_like(x), is_closed=False)
 
 
 @dataclass(frozen=True)
@@ -278,6 +307,7 @@ class Plate:
         slot: width of the slot between the cheeks [mm].
         tolerance: greatest distance between the outline and the cheeks [mm].
         cutter: diameter of the cutter, or width of the kerf [mm].
+        rates: its effect on the rate of free swings on land, if computed.
     """
 
     outline: ArcPath
@@ -290,6 +320,7 @@ class Plate:
     slot: float
     tolerance: float
     cutter: float
+    rates: PlateRates | None = None
 
 
 def cam_plate(
@@ -378,7 +409,7 @@ def cam_plate(
             Argument('thread_mm'),
             ')',
         )
-    outline = _edge(arcs, slot, depth, 0.0)
+    outline = _edge('PLATE', arcs, slot, depth, 0.0)
     centres = [0j, *(pin_circle * complex(math.cos(a), math.sin(a)) for a in PIN_ANGLES)]
     sizes = [('bore_mm', bore), ('pins_mm', pins), ('pins_mm', pins)]
     named = list(zip(centres, sizes, strict=True))
@@ -390,15 +421,6 @@ def cam_plate(
             if away != at
         ]
         room = min(_room(centre, edge), *rooms) - WALL_MM
-        thinner = 0.94 * (thread - size + 2.0 * room)
-        if room < 0.5 * size and name == 'bore_mm' and bore_mm is slot_mm and thinner > 0.0:
-            raise UsageError(
-                Argument('thread_mm', f'{thread:g} mm', spaced=True),
-                f': the slot for it leaves no room for a bore of {size:.4g} mm within a cusp '
-                f'{tip:.4g} mm from the axle. Use a thread of at most {thinner:.2g} mm, or give a '
-                'smaller ',
-                *(Argument(name), ' or ', Argument('slot_mm')),
-            )
         if not 0.5 * size <= room:
             raise UsageError(
                 Argument(name, f'{size:.4g} mm', spaced=True),
@@ -408,8 +430,11 @@ def cam_plate(
                 + ('Give a smaller hole' if room > 0.0 else 'Give another place')
                 + ': ',
                 Argument(name),
-                ', ',
-                Argument('slot_mm' if name == 'bore_mm' else 'pin_circle_mm'),
+                *(
+                    (', ', Argument('slot_mm'), ', or a thinner thread: ', Argument('thread_mm'))
+                    if name == 'bore_mm'
+                    else (', ', Argument('pin_circle_mm'))
+                ),
             )
         if radius >= 0.5 * size:
             raise UsageError(
@@ -424,7 +449,7 @@ def cam_plate(
     return Plate(
         outline,
         holes,
-        _edge(arcs, slot, depth, radius) if radius else None,
+        _edge('TOOL', arcs, slot, depth, radius) if radius else None,
         tuple(hole._replace(layer='TOOL', radius=hole.radius - radius) for hole in holes)
         if radius
         else (),
@@ -558,7 +583,7 @@ def _biarc(psi: FloatArray, point: ComplexArray) -> list[tuple[float, complex, f
     return arcs
 
 
-def _edge(cheek: CheekArcs, slot: float, depth: float, offset: float) -> ArcPath:
+def _edge(layer: str, cheek: CheekArcs, slot: float, depth: float, offset: float) -> ArcPath:
     """Return the edge of the plate, or its parallel curve outside at an offset [mm].
 
     Each arc keeps its centre and angle. Convex corners become arcs.
@@ -585,7 +610,7 @@ def _edge(cheek: CheekArcs, slot: float, depth: float, offset: float) -> ArcPath
         [*vertices, *((end + offset * away) * turned), *(-np.conj(np.array(vertices[::-1])))]
     )
     bulge = [*bulges, *[math.tan(0.25 * closing / parts)] * parts, *bulges[::-1], -1.0]
-    return ArcPath(points.real, points.imag, np.array(bulge))
+    return ArcPath(layer, points.real, points.imag, np.array(bulge))
 
 
 # -----------------------------------------------------------------------------
@@ -607,8 +632,7 @@ def lever_arm_as_cut(plate: Plate, cam: Cam, angle: FloatArray) -> FloatArray:
     return arm / MM_PER_M
 
 
-@dataclass(frozen=True)
-class PlateRates:
+class PlateRates(NamedTuple):
     """Changes of the rate of free swings on land by a plate [s/day], positive for a gain.
 
     Each array has the shape of the amplitudes.

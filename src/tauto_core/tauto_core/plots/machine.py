@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, cast
+from typing import Literal, NamedTuple, TypeAlias, cast
 
 import numpy as np
 
-from tauto_core.curves import DescentCurve, cheek
+from tauto_core.curves import Cam, Cheek, DescentCurve, cheek
 from tauto_core.curves.cam import Pull
 from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
 from tauto_core.curves.drawing import cheeks_meet_rad, lever_cheek
@@ -65,6 +65,35 @@ def cam_extent(scene: Scene) -> float:
     if swing > 0.0:
         ends.append(float(f'{_MARGIN * swing:.2g}'))
     return min(ends)
+
+
+LeverShape: TypeAlias = CorrectedLeverGeometry | MirroredLever
+
+
+def cam_shape(scene: Scene) -> tuple[Cam | LeverShape, float]:
+    """Return a scene's cam, or the lever whose cam is made for it, and its range [rad]."""
+    assert scene.trochlea is not None
+    if scene.trochlea.cam.kind != 'lever_corrected':
+        cam = scene.trochlea.made_cam(scene.g)
+        return cam, cam.range_rad
+    machine = compile_machine(scene)
+    assert isinstance(machine, LeverMachine)
+    return cast(LeverShape, machine.geometry), machine.range_rad
+
+
+def both_cheeks(
+    shape: Cam | LeverShape, reach_rad: float, points: int, thread: float = 0.0
+) -> tuple[Cheek, Cheek]:
+    """Return the cheeks under the thread at negative angles, on the right, and at positive ones.
+
+    Reach, thread and errors as in `curves.cheek`.
+    """
+    if isinstance(shape, Cam):
+        left = cheek(shape, points, reach_rad, thread)
+        return Cheek(-left.angle, -left.x, left.y), left
+    ends = shape.tau_of(np.array([-1.0, 1.0]) * reach_rad).tolist()
+    right, left = (lever_cheek(shape, end, points, thread) for end in ends)
+    return right, left
 
 
 # -----------------------------------------------------------------------------
@@ -453,18 +482,8 @@ def _cheeks(scene: Scene) -> tuple[FloatArray, FloatArray, float]:
     """Return the closed outlines of both cheeks, (2, n) [mm], and the height of their tip."""
     if scene.trochlea is None:
         raise UsageError(f'cam: {scene.name} has no trochlea, and so no cam. Draw machine')
-    reach = cam_extent(scene)
-    if scene.trochlea.cam.kind == 'lever_corrected':
-        machine = compile_machine(scene)
-        assert isinstance(machine, LeverMachine)
-        shape = cast(CorrectedLeverGeometry | MirroredLever, machine.geometry)
-        ends = shape.tau_of(np.array([-1.0, 1.0]) * reach).tolist()
-        sides = (lever_cheek(shape, end, 200, 0.0) for end in ends)
-        right, left = (MM * np.array([side.x, -side.y]) for side in sides)
-    else:
-        cut = cheek(scene.trochlea.made_cam(scene.g), 200, reach)
-        right = MM * np.array([cut.x, -cut.y])
-        left = right * np.array([[-1.0], [1.0]])
+    cheeks = both_cheeks(cam_shape(scene)[0], cam_extent(scene), 200)
+    right, left = (MM * np.array([side.x, -side.y]) for side in cheeks)
     tip = float(right[1, 0])
     closed = [np.column_stack((side, [[0.0], [0.0]], side[:, :1])) for side in (left, right)]
     return closed[0], closed[1], tip
