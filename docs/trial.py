@@ -14,7 +14,7 @@ import re
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
@@ -30,7 +30,7 @@ from tauto_core.ensembles.answers import (
     sizes_nmi,
 )
 from tauto_core.ensembles.rows import Store
-from tauto_core.ensembles.trials import COLUMNS, Choice, Rules, SailedTrial, Trial, TriedClock
+from tauto_core.ensembles.trials import COLUMNS, Choice, Trial, TriedClock
 from tauto_core.plots.ensembles import draw_trial
 from tauto_core.scene.loader import read_mapping
 from tauto_core.ship.logbook import read_passages
@@ -58,46 +58,43 @@ SAID = {
 }
 
 
-def read_trial(folder: Path, logs: str) -> tuple[SailedTrial, int]:
-    """Return what a folder holds of a trial, and how many passages of its log-book are judged.
+Row: TypeAlias = dict[str, Any]
 
-    Only passages that all clocks have sailed as logged count, and what was drawn anew of them.
+
+def read_trial(folder: Path, logs: str) -> tuple[Trial, list[Row], int]:
+    """Return a trial with the rows in a folder, and how many passages of its log-book are judged.
+
+    Only passages that all clocks have sailed count.
     """
     file = folder / 'fleet.yaml'
     identity = read_mapping(file.read_text('utf-8'), str(file))
     store = Store(folder, identity, COLUMNS)
     with store.opened():
-        rows = store.rows
+        rows = list(store.rows)
     sensed = {row['clock'] for row in rows if row['sensed_error_nmi'] is not None}
     clocks = tuple(
         TriedClock(content['name'], content['name'], content, SHAKEN * (content['name'] in sensed))
         for content in identity['clocks']
     )
-    rules = Rules(clocks, **identity['rules'])
     known = {each.name: each for each in read_passages(logs)}
-    logged = {row['passage'] for row in rows if row['drawn'] == 'log'}
-    sailed = tuple(each for name, each in known.items() if name in logged)
-    draws = [
-        max((row['draw'] for row in rows if row['drawn'] == kind), default=0) for kind in DRAWN
-    ]
+    names = {row['passage'] for row in rows}
+    passages = tuple(each for name, each in known.items() if name in names)
     judged = Choice().of(known.values(), logs)
-    return SailedTrial(Trial(logs, rules, sailed, *draws), rows), len(judged)
+    return Trial(logs, clocks, passages=passages, **identity['rules']), rows, len(judged)
 
 
 SHAKEN = ('sensed',)
 """Covariates of a clock whose rows have an error with sensors: which they are is not kept."""
 
-DRAWN = ('wind', 'hull')
 
-
-def blocks(sailed: SailedTrial, answers: TrialAnswers, of: int) -> dict[str, str]:
+def blocks(trial: Trial, rows: Sequence[Row], answers: TrialAnswers, of: int) -> dict[str, str]:
     """Return the text of each block by its name."""
     if not answers.judged:
         raise SystemExit(
             f'{answers.logs}: no passage of six weeks was sailed; there is no verdict'
         )
     return {
-        'sailed': _wrapped(_what_was_sailed(sailed, answers, of)),
+        'sailed': _wrapped(_what_was_sailed(trial, rows, answers, of)),
         'shares': _shares(answers),
         'map': (
             f'![Tracks of {answers.passages} passages coloured by the error of the first clock, '
@@ -126,32 +123,29 @@ def _called(clock: str) -> str:
     return CLOCKS.get(clock, clock)
 
 
-def _what_was_sailed(sailed: SailedTrial, answers: TrialAnswers, of: int) -> str:
+def _what_was_sailed(trial: Trial, rows: Sequence[Row], answers: TrialAnswers, of: int) -> str:
     """Return what the figures rest on."""
-    trial, voyages = sailed.trial, answers.voyages
+    voyages = answers.voyages
     years = sorted(int(each['first_utc'][:4]) for each in voyages)
     days = sorted({each['passage']: each['days'] for each in voyages}.values())
-    content = trial.rules.clocks[0].content
+    content = trial.clocks[0].content
     accuracy = (content.get('solver') or {}).get('accuracy')
-    hours = sum(row['run_s'] for row in sailed.rows) / 3600.0
+    hours = sum(row['run_s'] for row in rows) / 3600.0
     said = (
         f'**{answers.passages} of the {of} passages** were sailed, {years[0]} to {years[-1]}, of '
         f'{days[0]:.0f} to {days[-1]:.0f} days, with {counted(len(answers.clocks), "clock")} in '
-        f'one sea each, once as logged'
+        'one sea each'
     )
-    for draws, what in ((answers.wind_draws, 'wind'), (answers.hull_draws, 'hull')):
-        if draws:
-            said += f' and {counted(draws, "time")} with the {what} drawn anew'
     if accuracy is not None:
         said += f', to {accuracy:g} s a day'
     read = sum(each.share(5) > 0.0 for each in trial.passages)
     away = len({each['passage'] for each in voyages if each['ends']})
     failed = sum(each['failure'] is not None for each in voyages)
     stopped = sum(each['stopped_s'] is not None for each in voyages)
-    ended = f'All {len(voyages)} voyages as logged reached their end, and no clock stopped'
+    ended = f'All {len(voyages)} voyages reached their end, and no clock stopped'
     if failed or stopped:
         ended = (
-            f'Of {len(voyages)} voyages as logged {counted(failed, "voyage")} ended early, on '
+            f'Of {len(voyages)} voyages {counted(failed, "voyage")} ended early, on '
             f'{stopped} the clock stopped'
         )
     return (
@@ -166,21 +160,17 @@ def _shares(answers: TrialAnswers) -> str:
     """Return the table of the shares within the limits of the Act."""
     first = answers.clocks[0].ways['raw'].prizes
     heads = ['clock', 'longitude', *(f'within {each.limit_nmi:g} miles' for each in first)]
-    draws = (('wind', answers.wind_draws), ('hull', answers.hull_draws))
-    heads += [f'± {name}' for name, count in draws if count]
     rows = [[*heads, 'median', '95 %']]
     for clock in answers.clocks:
         for way, found in clock.ways.items():
             prizes = found.prizes
             by_share = dict(zip(QUANTILES, found.quantiles_nmi or (), strict=False))
-            drawn = [getattr(prizes[0], name) for name, count in draws if count]
             rows.append(
                 [
                     _called(clock.clock),
                     SAID[way],
                     _share(prizes[0]),
                     *(str(each.passages) for each in prizes[1:]),
-                    *('–' if each is None else f'± {100.0 * each:.2g} %' for each in drawn),
                     *(figure(by_share.get(share), 'nmi') for share in (0.5, 0.95)),
                 ]
             )
@@ -233,7 +223,7 @@ def _parts(answers: TrialAnswers) -> str:
     return _table(rows)
 
 
-def passage_rows(sailed: SailedTrial, answers: TrialAnswers) -> list[list[str]]:
+def passage_rows(trial: Trial, answers: TrialAnswers) -> list[list[str]]:
     """Return the table of all passages, with the error [nmi] of each clock and way."""
     voyages: dict[tuple[str, str], dict[str, Any]] = {
         (each['passage'], each['clock']): each for each in answers.voyages
@@ -246,7 +236,7 @@ def passage_rows(sailed: SailedTrial, answers: TrialAnswers) -> list[list[str]]:
     ]
     heads = [f'{_called(clock)}: {SAID[way]} [nmi]' for clock, way in columns]
     rows = [['passage', 'from', 'to', 'days', *heads]]
-    for passage in sailed.trial.passages:
+    for passage in trial.passages:
         ends = [place(*passage.entries[end][1:3]) for end in (0, -1)]
         sizes = [sizes_nmi([voyages[passage.name, clock]], WAYS[way])[0] for clock, way in columns]
         cells = ['stopped' if size == float('inf') else figure(size, 'nmi') for size in sizes]
@@ -261,14 +251,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument('folder', type=Path, help='folder of the trial')
     parser.add_argument('--logs', required=True, help='its log-book')
     asked = parser.parse_args(arguments)
-    sailed, judged = read_trial(asked.folder, asked.logs)
-    answers = answers_of(sailed)
-    made = blocks(sailed, answers, judged)
+    trial, rows, judged = read_trial(asked.folder, asked.logs)
+    answers = answers_of(trial, rows)
+    made = blocks(trial, rows, answers, judged)
     for page in PAGES:
         page.write_text(renewed(page.read_text('utf-8'), made), 'utf-8')
     with PASSAGES.open('w', encoding='utf-8', newline='') as file:
-        csv.writer(file, lineterminator='\n').writerows(passage_rows(sailed, answers))
-    draw_trial(sailed, answers, PICTURE)
+        csv.writer(file, lineterminator='\n').writerows(passage_rows(trial, answers))
+    draw_trial(trial, rows, answers, PICTURE)
     lighten(PICTURE)
 
 

@@ -14,7 +14,7 @@ from PIL import Image
 from trial_examples import CLOCK, HEADER, OTHER, clock, write_log
 
 from tauto_core.ensembles import trials
-from tauto_core.ensembles.trials import Choice, Rules, Sailing, Trial, TriedClock
+from tauto_core.ensembles.trials import Choice, Sailing, Trial, TriedClock
 from tauto_core.scene.loader import read_mapping, scene_yaml
 from tauto_core.ship.logbook import read_passages
 
@@ -42,25 +42,23 @@ def log_of(folder: Path) -> str:
     return write_log(folder, ''.join(lines))
 
 
-def rows_of(rules: Rules, sailing: Sailing, _: object) -> list[dict[str, Any]]:
+def rows_of(trial: Trial, sailing: Sailing, _: object) -> list[dict[str, Any]]:
     """Return made-up rows of a passage."""
+    number, passage = sailing
     return [
         {
             **dict.fromkeys(trials.COLUMNS),
-            'ship': sailing.number * len(rules.clocks) + place,
+            'ship': number * len(trial.clocks) + place,
             'clock': each.name,
-            'passage': sailing.passage.name,
-            'drawn': 'log',
-            'draw': 0,
+            'passage': passage.name,
             'seed': 0,
-            'error_nmi': ERRORS[each.name][sailing.number],
-            'raw_error_nmi': 2.0 * ERRORS[each.name][sailing.number],
+            'error_nmi': ERRORS[each.name][number],
+            'raw_error_nmi': 2.0 * ERRORS[each.name][number],
             'sensed_error_nmi': 0.25 if each.name == CLOCK else None,
             'noon_error_nmi': [1.0] * 45,
-            'noon_raw_error_nmi': [1.0] * 45,
             'run_s': 1800.0,
         }
-        for place, each in enumerate(rules.clocks)
+        for place, each in enumerate(trial.clocks)
     ]
 
 
@@ -68,11 +66,11 @@ def folder_of(path: Path, logs: str, monkeypatch: pytest.MonkeyPatch, *, sailed:
     """Return the folder of a trial of two clocks that was ended after some passages."""
     done: list[int] = []
 
-    def ended(rules: Rules, sailing: Sailing, progress: object) -> list[dict[str, Any]]:
+    def ended(trial: Trial, sailing: Sailing, progress: object) -> list[dict[str, Any]]:
         if len(done) == sailed:
             raise KeyboardInterrupt
-        done.append(sailing.number)
-        return rows_of(rules, sailing, progress)
+        done.append(sailing[0])
+        return rows_of(trial, sailing, progress)
 
     contents = {name: read_mapping(scene_yaml(clock(name)), name) for name in (CLOCK, OTHER)}
     clocks = tuple(TriedClock(name, name, content) for name, content in contents.items())
@@ -80,7 +78,7 @@ def folder_of(path: Path, logs: str, monkeypatch: pytest.MonkeyPatch, *, sailed:
     monkeypatch.setattr(trials, 'sail_passage', ended)
     monkeypatch.setattr(Trial, 'check', lambda _: None)
     try:
-        trials.sail_trial(Trial(logs, Rules(clocks, 1, 14.0), passages), 1, path)
+        trials.sail_trial(Trial(logs, clocks, 1, 14.0, passages=passages), 1, path)
     except KeyboardInterrupt:
         assert sailed < len(passages)
     return path
@@ -95,8 +93,9 @@ def test_a_trial_is_told_whole(
 ) -> None:
     logs = log_of(tmp_path)
     folder = folder_of(tmp_path / 'trial', logs, monkeypatch, sailed=3)
-    sailed, of = page.read_trial(folder, logs)
-    made = page.blocks(sailed, page.answers_of(sailed), of)
+    trial, rows, of = page.read_trial(folder, logs)
+    answers = page.answers_of(trial, rows)
+    made = page.blocks(trial, rows, answers, of)
     said = made['sailed'].replace('\n', ' ')
     assert '**3 of the 3 passages** were sailed, 1770 to 1772, of 44 to 44 days, with 2' in said
     assert 'That took 3 hours of one processor' in said
@@ -111,7 +110,7 @@ def test_a_trial_is_told_whole(
     ]
     assert shares[1][3:5] == ['2', '2']
     assert shares[1][5] == '31.0'  # the median of 29, 31, 1200.5
-    heads, *rows = page.passage_rows(sailed, page.answers_of(sailed))
+    heads, *rows = page.passage_rows(trial, answers)
     assert heads[4:6] == [
         f'{CLOCK}: rated in harbour [nmi]',
         f'{CLOCK}: with thermometer and IMU [nmi]',
@@ -151,11 +150,10 @@ def test_a_trial_without_a_verdict_leaves_the_page(
 ) -> None:
     logs = log_of(tmp_path)
     folder = folder_of(tmp_path / 'trial', logs, monkeypatch, sailed=3)
-    sailed, of = page.read_trial(folder, logs)
-    rules = replace(sailed.trial.rules, longest_s=40 * 86400.0)
-    short = replace(sailed, trial=replace(sailed.trial, rules=rules))
+    trial, rows, of = page.read_trial(folder, logs)
+    short = replace(trial, longest_s=40 * 86400.0)
     with pytest.raises(SystemExit, match='no passage of six weeks'):
-        page.blocks(short, page.answers_of(short), of)
+        page.blocks(short, rows, page.answers_of(short, rows), of)
 
 
 def test_each_block_of_the_pages_is_made(page: ModuleType) -> None:

@@ -287,7 +287,6 @@ def test_one_clock_with_two_values_is_compared() -> None:
         (lambda: tauto.replay(3), 'bag = 3: must be a path'),
         (lambda: tauto.fleet('ideal', ships=0), r'^ships=0: must be between'),
         (lambda: tauto.trial('ideal', 'no.csv'), r'logs=no\.csv: '),
-        (lambda: tauto.trial('ideal', __file__, local_time_s=-1.0), 'local_time=-1: must be'),
         (lambda: tauto.trial('ideal', __file__, days=(9, 1)), r'days=\(9, 1\): must be a range'),
         (lambda: tauto.trial('ideal', __file__, days='5mm..'), "days = '5mm': must be a time"),
         (lambda: tauto.trial('ideal', __file__, years='nan..3'), r'years=nan\.\.3: must be a r'),

@@ -79,6 +79,24 @@ GONE = {
         'cam',
         ArgumentText(': is no longer written. Use ', Argument('svg'), ', which prints to scale'),
     ),
+    **dict.fromkeys(
+        ('wind_draws', 'hull_draws'),
+        (
+            'fleet',
+            ArgumentText(
+                ': a trial sails each passage once, as logged. Draw a hull or a sea for a fleet '
+                'with ',
+                Argument('vary'),
+            ),
+        ),
+    ),
+    'local_time_s': (
+        'fleet',
+        ArgumentText(
+            ': an error of local time is not added any more. It is a minute of arc of longitude '
+            'for each 4 s'
+        ),
+    ),
     'page': (
         'euler',
         ArgumentText(': is no longer written. Use ', Argument('site'), ', whose pages hold it'),
@@ -1128,9 +1146,6 @@ def trial(
     ocean: str | None = None,
     sample: int | None = None,
     harbour_days: Quantity = 14.0,
-    wind_draws: int = 0,
-    hull_draws: int = 0,
-    local_time_s: Quantity = 4.0,
     duration: Quantity | None = None,
     accuracy: Quantity | None = None,
     jobs: int = 2,
@@ -1155,9 +1170,6 @@ def trial(
         ocean: most entries in this ocean, as pacific.
         sample: this many of them, evenly over the list.
         harbour_days: days of rating before each [d].
-        wind_draws: repetitions of each passage in other winds.
-        hull_draws: repetitions of each passage with other hulls.
-        local_time_s: error of the navigator's local time [s], 0 to 3600.
         duration: cut a voyage at this time from its start [s].
         accuracy: as for `load`.
         jobs: as for `fleet`.
@@ -1178,18 +1190,16 @@ def trial(
             row, or arguments out of range.
     """
     from tauto_core.ensembles import trials
-    from tauto_core.ensembles.answers import answers_of, check_local_time
+    from tauto_core.ensembles.answers import answers_of
 
     logbook, drawn = str(path('logs', logs)), _plots(plot)
     processes = _jobs(jobs)
-    local_time = number('local_time_s', local_time_s, 's')
-    check_local_time(local_time)
     if isinstance(compare, str):
         raise UsageError(f'compare = {compare!r}: must be a list of scenes. Write it in [ ]')
     every_year = (-math.inf, math.inf)
     between = _range('days', days, 'd'), every_year if years is None else _range('years', years)
-    count = None if sample is None else whole('sample', sample)
-    choice = trials.Choice(*between, port, ocean, count)
+    size = None if sample is None else whole('sample', sample)
+    choice = trials.Choice(*between, port, ocean, size)
     loaded, origin = _load(scene, overrides, accuracy=accuracy), _origin(scene)
     trial = trials.make_trial(
         logbook,
@@ -1198,23 +1208,22 @@ def trial(
         progress=None if progress is None else lambda share: progress(share, 0),
         harbour_days=number('harbour_days', harbour_days, 'd'),
         longest_s=None if duration is None else number('duration', duration, 's'),
-        wind_draws=whole('wind_draws', wind_draws),
-        hull_draws=whole('hull_draws', hull_draws),
         skip_wrong=skip_wrong,
         anyway=anyway,
     )
     for _, why in trial.left_out:
         _tell(f'left out: {why}')
-    for clock in trial.rules.clocks:
+    for clock in trial.clocks:
         if clock.why_unsensed:
             _tell(f'{clock.name}: is not tried with thermometer and IMU: {clock.why_unsensed}')
     where = None if out is None else path('out', out)
-    sailed = trials.sail_trial(trial, processes, where, _counted(progress, trial.ships))
-    answers = replace(answers_of(sailed, local_time), keys_left_out=trials.replaced_by_log(loaded))
+    count = len(trial.passages) * len(trial.clocks)
+    rows = trials.sail_trial(trial, processes, where, _counted(progress, count))
+    answers = replace(answers_of(trial, rows), keys_left_out=trials.replaced_by_log(loaded))
     for picture in drawn:
         from tauto_core.plots.ensembles import draw_trial
 
-        draw_trial(sailed, answers, picture)
+        draw_trial(trial, rows, answers, picture)
     return answers
 
 

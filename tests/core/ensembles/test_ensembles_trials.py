@@ -1,4 +1,4 @@
-"""A trial gives the rows of its clocks sailed alone. Draws scatter as logs do."""
+"""A trial gives the rows of its clocks sailed alone."""
 
 import math
 from dataclasses import replace
@@ -13,8 +13,7 @@ from tauto_core.ensembles.comparison import Sea, on_passage_of, regulated, with_
 from tauto_core.ensembles.rows import FIGURES
 from tauto_core.ensembles.trials import (
     Choice,
-    Rules,
-    Sailing,
+    Trial,
     TriedClock,
     clocks_beside,
     make_trial,
@@ -22,7 +21,6 @@ from tauto_core.ensembles.trials import (
     sail_passage,
     sail_trial,
     season_of,
-    with_wind_drawn,
 )
 from tauto_core.machines import compile_machine
 from tauto_core.scene import load_scene
@@ -49,9 +47,7 @@ def lasting(rows):
 
 @pytest.fixture(scope='module')
 def trial(tmp_path_factory):
-    return made(
-        tmp_path_factory.mktemp('logs'), (CLOCK, OTHER), replace(ALL, sample=2), wind_draws=1
-    )
+    return made(tmp_path_factory.mktemp('logs'), (CLOCK, OTHER))
 
 
 @pytest.fixture(scope='module')
@@ -61,19 +57,18 @@ def alone(trial):
 
 def test_a_row_is_the_voyage_of_its_clock_alone(trial, alone):
     """Clocks that share a sea have the bits of those that sail by themselves."""
-    for place, row in enumerate(alone.rows[:2]):
-        scene, _ = trial.rules.scene(trial.rules.clocks[place], Sailing(0, trial.passages[0]))
+    for place, row in enumerate(alone[:2]):
+        scene = trial.scene(trial.clocks[place], trial.passages[0])
         report = voyage.sail(regulated(scene, compile_machine(scene)))
         for column, (section, key) in FIGURES.items():
             assert row[column] == report.result[section][key], column
         # the trace is the error at the entries: noon of each day, after 12 hours in harbour
         noons = np.searchsorted(report.time_s, [43200.0, 129600.0, 216000.0])
         assert row['noon_error_nmi'] == report.longitude_error_nmi[noons].tolist()
-        assert row['noon_raw_error_nmi'] == report.raw_longitude_error_nmi[noons].tolist()
 
 
 def planned(folder, names, **more):
-    """Return rules for clocks on the ship of esperance_to_the_cape, and passages."""
+    """Return a trial of clocks on the ship of esperance_to_the_cape, and passages."""
     first = load_scene('esperance_to_the_cape', **{'log.interval': 600.0})
     scenes = [('first', first), *clocks_beside(first, 'first', names)]
     priors = {name: {'value': -1.0, 'sigma': 0.1} for name in ('heave', 'roll', 'gravity')}
@@ -81,28 +76,26 @@ def planned(folder, names, **more):
         TriedClock(origin, scene.name, trials._content(scene, origin), tuple(priors), priors)
         for origin, scene in scenes
     )
-    return Rules(clocks, first.seed, 0.1, **more), read_passages(write_log(folder))
+    return Trial('log', clocks, first.seed, 0.1, **more), read_passages(write_log(folder))
 
 
 def test_clocks_with_shared_inputs_keep_their_bits(tmp_path):
     """Forcing and integrals of the covariates are computed once for two of three clocks."""
     names = ('clock_cheek_weight', 'clock_own_cam_spring')
-    rules, passages = planned(tmp_path, names, longest_s=57600.0)
-    sailing = Sailing(0, next(iter(passages)))
-    together = lasting(sail_passage(rules, sailing, lambda _: None))
+    trial, passages = planned(tmp_path, names, longest_s=57600.0)
+    sailing = 0, next(iter(passages))
+    together = lasting(sail_passage(trial, sailing, lambda _: None))
     assert all(row['sensed_error_nmi'] is not None for row in together)
-    for place, each in enumerate(rules.clocks):
-        (row,) = sail_passage(replace(rules, clocks=(each,)), sailing, lambda _: None)
+    for place, each in enumerate(trial.clocks):
+        (row,) = sail_passage(replace(trial, clocks=(each,)), sailing, lambda _: None)
         assert lasting([{**row, 'ship': place}]) == [together[place]]
 
 
 def test_the_rate_of_a_trial_keeps_the_accuracy_asked_for(tmp_path):
     """Against 16 Hz. Fewer samples suffice than if all pieces were like the first one."""
-    rules, passages = planned(tmp_path, (), longest_s=86400.0)
+    trial, passages = planned(tmp_path, (), longest_s=86400.0)
     for _, passage in zip(range(2), passages, strict=False):
-        scenes = [
-            rules.scene(rules.clocks[0], Sailing(0, passage), rate_hz=hz)[0] for hz in (None, 16.0)
-        ]
+        scenes = [trial.scene(trial.clocks[0], passage, rate_hz=hz) for hz in (None, 16.0)]
         asked, ship = scenes[0].accuracy, scenes[0].ship
         of_all = rate_for(scenes[0], ship, asked, forgets=True, swings=False, case_hz=None)
         assert ship.rate < of_all < 16.0
@@ -111,24 +104,24 @@ def test_the_rate_of_a_trial_keeps_the_accuracy_asked_for(tmp_path):
 
 
 def test_the_second_navigator_has_a_scenes_covariates(trial, alone):
-    tried = trial.rules.clocks[0]
+    tried = trial.clocks[0]
     assert tried.covariates == ('heave', 'roll', 'gravity')
-    scene, _ = trial.rules.scene(tried, Sailing(0, trial.passages[0]))
+    scene = trial.scene(tried, trial.passages[0])
     rated = regulated(scene, compile_machine(scene))
     keys = {**scene.drift.model_dump(), 'covariates': tried.covariates}
     drift = type(scene.drift).model_validate({**keys, 'coefficients': tried.priors})
     sensed = voyage.sail(rated.model_copy(update={'drift': drift}), keep=False)
-    assert alone.rows[0]['sensed_error_nmi'] == sensed.result['longitude']['error_nmi']
-    assert alone.rows[0]['sensed_sigma_nmi'] == sensed.result['longitude']['sigma_nmi']
+    assert alone[0]['sensed_error_nmi'] == sensed.result['longitude']['error_nmi']
+    assert alone[0]['sensed_sigma_nmi'] == sensed.result['longitude']['sigma_nmi']
     # no rate equation fits the other clock, and that is said
-    assert trial.rules.clocks[1].covariates == ()
-    assert 'no rate equation fits' in trial.rules.clocks[1].why_unsensed
-    assert alone.rows[1]['sensed_error_nmi'] is None
+    assert trial.clocks[1].covariates == ()
+    assert 'no rate equation fits' in trial.clocks[1].why_unsensed
+    assert alone[1]['sensed_error_nmi'] is None
 
 
 def test_an_error_of_the_sea_names_clock_and_passage(trial):
     """The sea is made of the scene that needs the most samples, here the second clock's."""
-    scene, _ = trial.rules.scene(trial.rules.clocks[1], Sailing(0, trial.passages[0]))
+    scene = trial.scene(trial.clocks[1], trial.passages[0])
     hung = load_scene('suspended_weight_at_sea').suspension
     slow = with_rate(scene.model_copy(update={'suspension': hung}), 0.05)
     fixed = slow.model_copy(update={'suspension': None})
@@ -140,98 +133,24 @@ def test_an_error_of_the_sea_names_clock_and_passage(trial):
 def test_a_trial_goes_on_where_it_was(trial, alone, tmp_path, monkeypatch):
     folder, sailed = tmp_path / 'trial', []
 
-    def killed(rules, sailing, progress):
-        sailed.append(sailing.number)
+    def killed(trial, sailing, progress):
+        sailed.append(sailing[0])
         if len(sailed) == 2:
             raise KeyboardInterrupt
-        return sail_passage(rules, sailing, progress)
+        return sail_passage(trial, sailing, progress)
 
-    fewer = replace(trial, wind_draws=0)
     monkeypatch.setattr(trials, 'sail_passage', killed)
     with pytest.raises(KeyboardInterrupt):
-        sail_trial(fewer, 1, folder)
+        sail_trial(trial, 1, folder)
     monkeypatch.setattr(trials, 'sail_passage', sail_passage)
-    logged = [row for row in lasting(alone.rows) if row['drawn'] == 'log']
-    assert lasting(sail_trial(fewer, 1, folder).rows) == logged
-    assert sailed == [each.number for each in fewer.sailings]
-    # further draws add to it, in other processes
+    # the others sail in other processes
     monkeypatch.setattr(workers, 'POOL_START_S', 0.0)
-    whole = sail_trial(trial, 2, folder)
-    assert lasting(whole.rows) == lasting(alone.rows)
-    assert [row['ship'] for row in whole.rows] == list(range(8))
-    other = replace(trial, rules=replace(trial.rules, harbour_days=1.0))
+    assert lasting(sail_trial(trial, 2, folder)) == lasting(alone)
+    assert sailed == [number for number, _ in trial.sailings[:2]]
+    assert [row['ship'] for row in alone] == list(range(6))
+    other = replace(trial, harbour_days=1.0)
     with pytest.raises(UsageError, match='holds another fleet; rules differ'):
         sail_trial(other, 1, folder)
-
-
-def test_a_wind_drawn_anew_scatters_as_logs_do():
-    """2.98 m/s rms between two logs, 1.3 between their means, 19 degrees in the median."""
-    days, draws = 60, 400
-    entries = tuple(
-        (f'1770-{1 + day // 28:02}-{1 + day % 28:02}T12:00', 40.0, -20.0, 90.0, 15.0, None)
-        for day in range(days)
-    )
-    found = np.array(
-        [
-            [entry[3:5] for entry in with_wind_drawn(entries, np.random.default_rng(draw))]
-            for draw in range(draws)
-        ]
-    )
-    turned, winds = found[..., 0] - 90.0, found[..., 1]
-    apart = winds[::2] - winds[1::2]
-    assert np.sqrt(np.mean(apart**2)) == pytest.approx(2.98, rel=0.05)
-    # 1.3 of the passage, and the remaining scatter of 60 days
-    means = math.hypot(1.3, math.sqrt(2.0 / days) * 1.90)
-    assert np.std(apart.mean(axis=1)) == pytest.approx(means, rel=0.12)
-    between = np.abs(turned[::2] - turned[1::2])
-    assert np.median(between) == pytest.approx(19.0, rel=0.1)
-
-
-def test_calms_may_blow_and_what_says_nothing_stays():
-    calm = ('1770-01-01T12:00', 40.0, -20.0, None, 0.0, 11.0)
-    variable = ('1770-01-02T12:00', 40.0, -20.0, 361.0, 9.3, None)
-    silent = ('1770-01-03T12:00', 40.0, -20.0, 90.0, None, None)
-    drawn = [
-        with_wind_drawn((calm, variable, silent), np.random.default_rng(k)) for k in range(200)
-    ]
-    assert all(each[1:] == (variable, silent) for each in drawn)
-    winds = np.array([each[0][3:5] for each in drawn])
-    assert np.all(winds[:, 1] >= 0.0)
-    assert 0.3 < np.mean(winds[:, 1] == 0.0) < 0.7
-    assert np.ptp(winds[:, 0]) > 300.0
-    assert {each[0][5] for each in drawn} == {11.0}
-
-
-def test_a_draw_depends_on_seed_passage_and_number_alone(trial):
-    tried = trial.rules.clocks[0]
-
-    def winds(sailing):
-        scene, _ = trial.rules.scene(tried, sailing)
-        return [entry[3:5] for entry in scene.voyage.log.entries]
-
-    first = Sailing(0, trial.passages[0], 'wind', 1)
-    assert winds(first) == winds(replace(first, number=99))
-    assert winds(first) != winds(replace(first, draw=2))
-    assert winds(first) != winds(replace(first, drawn='log'))
-    seeds = {
-        trial.rules.scene(tried, replace(first, drawn=how))[0].seed for how in ('log', 'wind')
-    }
-    assert len(seeds) == 1  # the same waves' phases: what differs is the wind
-
-
-def test_a_hull_drawn_anew_is_another_ship(trial):
-    found = [
-        trial.rules.scene(trial.rules.clocks[0], Sailing(0, trial.passages[0], 'hull', draw))
-        for draw in range(1, 13)
-    ]
-    assert {hull['ship.hull.shape'] for _, hull in found} == {'sloop', 'deptford', 'ketch'}
-    for scene, hull in found:
-        assert scene.ship.hull.shape == hull['ship.hull.shape']
-        assert scene.ship.hull.k_yy == hull['ship.hull.k_yy']
-        assert scene.ship.hull.centre_of_gravity == hull['ship.hull.centre_of_gravity']
-        damping = scene.ship.roll.damping_ratio
-        assert damping == hull['ship.roll.damping_ratio']
-        assert 0.5 <= damping / 0.08 <= 3.0
 
 
 def test_passages_are_chosen(tmp_path):
@@ -332,17 +251,15 @@ def test_a_background_swell_is_on_every_passage(tmp_path):
     )
     tried = TriedClock('own', own.name, trials._content(own, 'own'))
     *_, passage = read_passages(path)
-    scene, _ = Rules((tried,), own.seed, 14.0).scene(tried, Sailing(2, passage))
+    scene = Trial(path, (tried,), own.seed, 14.0).scene(tried, passage)
     assert scene.ship.weather.background_swell.model_dump() == swell
 
 
 def test_a_trial_sails_its_passages_in_random_order(trial):
     passages = tuple(replace(trial.passages[0], name=f'{1700 + k}') for k in range(100))
-    whole = replace(trial, passages=passages)
-    logged = whole.sailings[:100]
-    assert sorted(each.number for each in logged) == list(range(100))
-    assert all(each.passage is passages[each.number] for each in logged)
-    assert all(each.drawn == 'wind' and each.number >= 100 for each in whole.sailings[100:])
-    assert whole.sailings == replace(trial, passages=passages).sailings  # so it can be resumed
+    whole = replace(trial, passages=passages).sailings
+    assert sorted(number for number, _ in whole) == list(range(100))
+    assert all(passage is passages[number] for number, passage in whole)
+    assert whole == replace(trial, passages=passages).sailings  # so it can be resumed
     # the mean of a third drawn at random: 49.5 with a deviation of 4.1
-    assert abs(np.mean([each.number for each in logged[:33]]) - 49.5) < 5 * 4.1
+    assert abs(np.mean([number for number, _ in whole[:33]]) - 49.5) < 5 * 4.1

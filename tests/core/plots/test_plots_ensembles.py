@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.collections import LineCollection
 
 from tauto_core.ensembles.answers import answers_of
-from tauto_core.ensembles.trials import Rules, SailedTrial, Trial, TriedClock
+from tauto_core.ensembles.trials import Trial, TriedClock
 from tauto_core.plots.ensembles import trial_figure
 from tauto_core.ship.logbook import LoggedPassage
 
@@ -22,13 +22,10 @@ def row(name, errors, failure=None):
     return {
         'clock': 'made',
         'passage': name,
-        'drawn': 'log',
-        'draw': 0,
         'raw_error_nmi': end,
         'error_nmi': end,
         'sensed_error_nmi': end,
         'noon_error_nmi': errors,
-        'noon_raw_error_nmi': errors,
         'stopped_s': None,
         'failure': failure,
     }
@@ -44,9 +41,9 @@ def test_each_leg_has_the_colour_of_the_error_at_its_end():
         row('17700101-1', [0.0, 2.0, -20.0, 5000.0]),
         row('17700101-2', [0.0, 40.0], 'it failed'),
     ]
-    rules = Rules((TriedClock('made.yaml', 'made', {'ship': {}}),), 0, 14.0)
-    sailed = SailedTrial(Trial('log.csv', rules, passages), rows)
-    chart, errors, *_ = trial_figure(sailed, answers_of(sailed)).axes
+    clocks = (TriedClock('made.yaml', 'made', {'ship': {}}),)
+    trial = Trial('log.csv', clocks, 0, 14.0, passages=passages)
+    chart, errors, *_ = trial_figure(trial, rows, answers_of(trial, rows)).axes
     [tracks] = [each for each in chart.collections if isinstance(each, LineCollection)]
     legs = np.array(tracks.get_segments())
     assert len(legs) == 4

@@ -589,33 +589,13 @@ def trial_tables(answers: TrialAnswers) -> Iterator[Table]:
 
     if answers.judged:
         limits = [f'{prize.limit_nmi:g} nmi' for prize in answers.clocks[0].ways['raw'].prizes]
-        drawn = ['± wind'] * bool(answers.wind_draws) + ['± hull'] * bool(answers.hull_draws)
-        sights = f'30 nmi, local time ± {answers.local_time_s:g} s'
-        title = 'passages within (95 % confidence)'
-        table = _table(title, 'clock', *limits, sights, *drawn)
+        table = _table('passages within (95 % confidence)', 'clock', *limits)
         for clock, way in rows:
-            prizes = clock.ways[way].prizes
-            top = prizes[0]
-            spreads = [top.wind] * bool(answers.wind_draws)
-            spreads += [top.hull] * bool(answers.hull_draws)
-            table.add_row(
-                called(clock, way),
-                *(prize.said for prize in prizes),
-                percent(top.with_local_time),
-                *('–' if spread is None else f'± {percent(spread)}' for spread in spreads),
-            )
+            table.add_row(called(clock, way), *(prize.said for prize in clock.ways[way].prizes))
         yield table
     title = 'quantiles of the error over the passages [nmi]'
     sizes = ((called(clock, way), clock.ways[way].quantiles_nmi) for clock, way in rows)
     yield _quantiles(title, sizes)
-    if answers.wind_draws or answers.hull_draws:
-        title = 'median change of the error of a passage [nmi]'
-        table = _table(title, 'clock', 'other wind', 'other hull')
-        for clock, way in rows:
-            result = clock.ways[way]
-            changes = (result.wind_nmi, result.hull_nmi)
-            table.add_row(called(clock, way), *(figure(change, 'nmi') for change in changes))
-        yield table
     if answers.judged:
         for title, parts in (('season', 'seasons'), ('ocean', 'oceans')):
             yield _parts(answers, title, parts, called)
@@ -633,7 +613,7 @@ def _parts(answers: TrialAnswers, title: str, parts: str, called: Any) -> Table:
 
 
 def trial_remarks(answers: TrialAnswers) -> Iterator[str]:
-    """Yield voyages that ended early, differences of ships in company, and ends at sea."""
+    """Yield voyages that ended early, and ends at sea."""
     from tauto_core.ship.coast import LANDFALL_KM
 
     for clock in answers.clocks:
@@ -641,18 +621,6 @@ def trial_remarks(answers: TrialAnswers) -> Iterator[str]:
             yield f'{clock.clock}: stopped on {counted(clock.stopped, "passage")}'
         for why, number in clock.failures.items():
             yield f'{clock.clock}: {counted(number, "passage")} failed: {why}'
-        differ = [
-            abs(pair.differ_nmi[clock.clock]['corrected'])
-            for pair in answers.companies
-            if 'corrected' in pair.differ_nmi.get(clock.clock, {})
-        ]
-        if differ:
-            rms = math.sqrt(sum(nmi * nmi for nmi in differ) / len(differ))
-            pairs = counted(len(differ), 'pair')
-            yield (
-                f'{clock.clock}: on {pairs} of ships in company the rated clock differs by '
-                f'{figure(rms, "nmi")} nmi rms between two logs when they part'
-            )
     away = list(dict.fromkeys(row['passage'] for row in answers.voyages if row['ends']))
     if away:
         yield (

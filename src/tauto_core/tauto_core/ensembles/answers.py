@@ -1,27 +1,24 @@
 """The statistics of fleets and trials: how often the longitude was found, and the errors.
 
 A fleet also has the correlations of its drawn keys with the errors. A trial compares three ways
-of navigating (`WAYS`), random winds and hulls, local time, seasons, oceans and ships in company.
+of navigating (`WAYS`), seasons and oceans.
 """
 
 from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import combinations
 from typing import Any
 
 import numpy as np
 
 from tauto_core.ensembles.rows import Rows, has_arrived
-from tauto_core.ensembles.trials import SailedTrial, ocean_of_passage, season_of
-from tauto_core.navigation.longitude import ARCMIN_PER_S, AWARDS, LEAST_UNCHECKED_DAYS
+from tauto_core.ensembles.trials import Trial, ocean_of_passage, season_of
+from tauto_core.navigation.longitude import AWARDS, LEAST_UNCHECKED_DAYS
 from tauto_core.results import drawn_by
 from tauto_core.samples import FloatArray
-from tauto_core.scene.errors import Argument, UsageError
-from tauto_core.scene.sections import log_time, nautical_miles
 from tauto_core.scene.times import DAY_S
 from tauto_core.ship.coast import no_landfall
 from tauto_core.ship.logbook import LoggedPassage
@@ -230,17 +227,10 @@ def _spearman(values: Sequence[float], errors: FloatArray) -> float | None:
 # -----------------------------------------------------------------------------
 # The answers of a trial.
 
-LOCAL_TIME_S = 4.0
-"""Standard deviation of the local time that a navigator finds by the altitude of the sun [s], one
-minute of arc of longitude."""
-
 WAYS = {**ERRORS, 'sensed': 'sensed_error_nmi'}
 """Three ways of finding the longitude and their columns: the dial alone, the dial corrected for
 the rate in harbour, and corrected by thermometer and IMU as well.
 """
-
-TRACED = {'raw': 'noon_raw_error_nmi', 'corrected': 'noon_error_nmi'}
-"""Columns with the errors at each noon."""
 
 
 @dataclass(frozen=True)
@@ -255,9 +245,6 @@ class Prize:
         passages: number of passages within it.
         share: their share of all.
         low, high: Wilson's interval of the share, at 95 %.
-        with_local_time: expected share if the navigator's local time is wrong, too.
-        wind, hull: root mean square change of the share with another random wind or hull, `None`
-            if it was not drawn.
     """
 
     limit_nmi: float
@@ -266,9 +253,6 @@ class Prize:
     share: float
     low: float
     high: float
-    with_local_time: float
-    wind: float | None
-    hull: float | None
 
     @property
     def said(self) -> str:
@@ -301,16 +285,12 @@ class WayAnswers:
         prizes: one for each limit of the Act, empty without passages of six weeks.
         quantiles_nmi: quantiles of the size of the error on all passages at QUANTILES, `None` if
             no clock arrived.
-        wind_nmi, hull_nmi: median size of the change of a passage's error with another random wind
-            or hull, `None` if it was not drawn.
         seasons: by the season of the middle of the passage.
         oceans: by the ocean of most entries.
     """
 
     prizes: list[Prize]
     quantiles_nmi: list[float] | None
-    wind_nmi: float | None
-    hull_nmi: float | None
     seasons: list[Part]
     oceans: list[Part]
 
@@ -322,8 +302,8 @@ class ClockAnswers:
     Attributes:
         clock: name of its scene.
         scene: file or name that the user gave.
-        failures: reasons why voyages as logged ended early, with their numbers.
-        stopped: number of passages as logged on which the clock stopped.
+        failures: reasons why voyages ended early, with their numbers.
+        stopped: number of passages on which the clock stopped.
         ways: by the names of `WAYS`, without `sensed` if no rate equation fits the clock.
     """
 
@@ -335,22 +315,6 @@ class ClockAnswers:
 
 
 @dataclass(frozen=True)
-class ConvoyPair:
-    """Two ships that sailed together, each with the wind of its own log.
-
-    Attributes:
-        passages: their names.
-        days: days in company.
-        differ_nmi: difference of the errors of each clock on the last of these days, by the name
-            of the clock and the way [nmi].
-    """
-
-    passages: tuple[str, str]
-    days: int
-    differ_nmi: dict[str, dict[str, float]]
-
-
-@dataclass(frozen=True)
 class TrialAnswers:
     """The answers of a trial.
 
@@ -358,12 +322,9 @@ class TrialAnswers:
         logs: file or name of the log-book.
         passages: number of passages.
         judged: number of passages of six weeks and more, which the Act would judge.
-        local_time_s: error of local time for `Prize.with_local_time` [s].
-        wind_draws, hull_draws: repetitions of each passage with another random wind or hull.
         clocks: in the order of the trial.
-        companies: ships in company.
         left_out: chosen passages that cannot be sailed, a mapping with `passage` and `problem`.
-        voyages: a mapping for each clock on each passage as logged; `ends` describes a last entry
+        voyages: a mapping for each clock on each passage; `ends` describes a last entry
             at sea, otherwise it is `None`.
         keys_left_out: keys of the first scene that the log replaces.
     """
@@ -371,11 +332,7 @@ class TrialAnswers:
     logs: str
     passages: int
     judged: int
-    local_time_s: float
-    wind_draws: int
-    hull_draws: int
     clocks: list[ClockAnswers]
-    companies: list[ConvoyPair]
     left_out: list[dict[str, str]]
     voyages: list[dict[str, Any]]
     keys_left_out: tuple[str, ...] = ()
@@ -403,50 +360,37 @@ class TrialAnswers:
         return str(drawn_by('notebook', 'trial_html')(self))
 
 
-def check_local_time(local_time_s: float) -> None:
-    """Refuse an error of local time [s] that no navigator makes (UsageError)."""
-    if not 0.0 <= local_time_s <= 3600.0:
-        limits = ': must be between 0 and 3600 s. Use for example 4'
-        raise UsageError(Argument('local_time', f'{local_time_s:g}'), limits)
-
-
-def answers_of(sailed: SailedTrial, local_time_s: float = LOCAL_TIME_S) -> TrialAnswers:
-    """Return the answers of a trial. The navigator's local time errs by `local_time_s`."""
-    trial = sailed.trial
-    passages = {trip.name: trip for trip in trial.passages}
-    ends = {name: no_landfall(*trip.entries[-1][1:3]) for name, trip in passages.items()}
-    cut_s = trial.rules.longest_s
+def answers_of(trial: Trial, rows: Sequence[dict[str, Any]]) -> TrialAnswers:
+    """Return the answers of a trial from its rows."""
+    passages = {passage.name: passage for passage in trial.passages}
+    ends = {name: no_landfall(*passage.entries[-1][1:3]) for name, passage in passages.items()}
+    cut_s = trial.longest_s
     # days at sea, which a shorter duration may have cut
-    longest = math.inf if cut_s is None else cut_s / DAY_S - trial.rules.harbour_days
+    longest = math.inf if cut_s is None else cut_s / DAY_S - trial.harbour_days
     judged = {
-        name for name, trip in passages.items() if min(trip.days, longest) >= LEAST_UNCHECKED_DAYS
+        name
+        for name, passage in passages.items()
+        if min(passage.days, longest) >= LEAST_UNCHECKED_DAYS
     }
     clocks = []
-    for clock in trial.rules.clocks:
-        rows = [row for row in sailed.rows if row['clock'] == clock.name]
-        logged = [row for row in rows if row['drawn'] == 'log']
-        failures = dict(failures_of(logged))
+    for clock in trial.clocks:
+        own = [row for row in rows if row['clock'] == clock.name]
         ways = {
-            way: _way(rows, way, passages, judged, local_time_s)
-            for way in WAYS
+            way: _way(own, column, passages, judged)
+            for way, column in WAYS.items()
             if way != 'sensed' or clock.covariates
         }
-        stopped = sum(row['stopped_s'] is not None for row in logged)
+        stopped = sum(row['stopped_s'] is not None for row in own)
+        failures = dict(failures_of(own))
         clocks.append(ClockAnswers(clock.name, clock.origin, failures, stopped, ways))
     return TrialAnswers(
         logs=trial.logs,
         passages=len(passages),
         judged=len(judged),
-        local_time_s=local_time_s,
-        wind_draws=trial.wind_draws,
-        hull_draws=trial.hull_draws,
         clocks=clocks,
-        companies=list(_companies(sailed)),
         left_out=[{'passage': name, 'problem': str(why)} for name, why in trial.left_out],
         voyages=[
-            _voyage(row, passages[row['passage']]) | {'ends': ends[row['passage']]}
-            for row in sailed.rows
-            if row['drawn'] == 'log'
+            _voyage(row, passages[row['passage']]) | {'ends': ends[row['passage']]} for row in rows
         ],
     )
 
@@ -470,25 +414,25 @@ def _voyage(row: dict[str, Any], passage: LoggedPassage) -> dict[str, Any]:
 
 def _way(
     rows: Sequence[dict[str, Any]],
-    way: str,
+    column: str,
     passages: dict[str, LoggedPassage],
     judged: set[str],
-    local_time_s: float,
 ) -> WayAnswers:
-    logged = {row['passage']: row for row in rows if row['drawn'] == 'log'}
-    sample = [row for name, row in logged.items() if name in judged]
+    sample = [row for row in rows if row['passage'] in judged]
 
     def parts(of: Callable[[LoggedPassage], str]) -> list[Part]:
         groups: dict[str, list[dict[str, Any]]] = {}
         for row in sample:
             groups.setdefault(of(passages[row['passage']]), []).append(row)
-        return [_part(name, sizes_nmi(groups[name], WAYS[way])) for name in sorted(groups)]
+        return [_part(name, sizes_nmi(groups[name], column)) for name in sorted(groups)]
 
+    shares = zip(_shares(sizes_nmi(sample, column)) if sample else [], AWARDS, strict=False)
     return WayAnswers(
-        prizes=list(_prizes(rows, sample, way, passages, local_time_s)),
-        quantiles_nmi=_quantiles(sizes_nmi(logged.values(), WAYS[way])),
-        wind_nmi=_changes(rows, logged, way, 'wind'),
-        hull_nmi=_changes(rows, logged, way, 'hull'),
+        prizes=[
+            Prize(share.limit_nmi, pounds, share.ships, share.share, share.low, share.high)
+            for share, (_, pounds) in shares
+        ],
+        quantiles_nmi=_quantiles(sizes_nmi(rows, column)),
         seasons=parts(season_of),
         oceans=parts(ocean_of_passage),
     )
@@ -498,93 +442,3 @@ def _part(name: str, sizes: FloatArray) -> Part:
     arrived = sizes[np.isfinite(sizes)]
     counts = [int(np.count_nonzero(sizes <= limit)) for limit, _ in AWARDS]
     return Part(name, len(sizes), counts, float(np.median(arrived)) if len(arrived) else None)
-
-
-def _prizes(
-    rows: Sequence[dict[str, Any]],
-    sample: Sequence[dict[str, Any]],
-    way: str,
-    passages: dict[str, LoggedPassage],
-    local_time_s: float,
-) -> Iterator[Prize]:
-    if not sample:
-        return
-    from scipy.special import ndtr
-
-    names = {row['passage'] for row in sample}
-    sizes = sizes_nmi(sample, WAYS[way])
-    latitudes = np.radians([passages[row['passage']].entries[-1][1] for row in sample])
-    sights = np.maximum(ARCMIN_PER_S * local_time_s * np.cos(latitudes), 1e-9)
-    draws: dict[str, dict[int, list[dict[str, Any]]]] = {'wind': {}, 'hull': {}}
-    for row in rows:
-        if row['drawn'] in draws and row['passage'] in names:
-            draws[row['drawn']].setdefault(row['draw'], []).append(row)
-    for share, (limit, pounds) in zip(_shares(sizes), AWARDS, strict=True):
-        # the probability that a normal error about each clock's own is within the limit
-        chance = ndtr((limit - sizes) / sights) - ndtr((-limit - sizes) / sights)
-        spreads = []
-        for drawn in draws.values():
-            shares = [np.mean(sizes_nmi(part, WAYS[way]) <= limit) for part in drawn.values()]
-            squares = np.square(np.array(shares) - share.share)
-            spreads.append(float(np.sqrt(np.mean(squares))) if shares else None)
-        yield Prize(
-            limit,
-            pounds,
-            share.ships,
-            share.share,
-            share.low,
-            share.high,
-            float(np.mean(chance)),
-            *spreads,
-        )
-
-
-def _changes(
-    rows: Sequence[dict[str, Any]], logged: dict[str, dict[str, Any]], way: str, drawn: str
-) -> float | None:
-    column = WAYS[way]
-    pairs = [
-        (row[column], logged[row['passage']][column]) for row in rows if row['drawn'] == drawn
-    ]
-    changes = [abs(a - b) for a, b in pairs if None not in (a, b)]
-    return float(np.median(changes)) if changes else None
-
-
-# -----------------------------------------------------------------------------
-# Ships in company: the same sea, recorded by two logs.
-
-NEAR_NMI = 25.0
-"""Distance at noon within which two ships are in company."""
-
-LEAST_DAYS = 5
-"""Least days in company of two ships that are compared."""
-
-SAILED_WITHIN_DAYS = 3.0
-"""Largest time between their first entries: both clocks have then been at sea as long."""
-
-
-def _companies(sailed: SailedTrial) -> Iterator[ConvoyPair]:
-    rows = {(row['clock'], row['passage']): row for row in sailed.rows if row['drawn'] == 'log'}
-    clocks = [clock.name for clock in sailed.trial.rules.clocks]
-    for a, b in combinations(sailed.trial.passages, 2):
-        begins = [log_time(trip.entries[0][0]) for trip in (a, b)]
-        if abs((begins[1] - begins[0]).total_seconds()) > SAILED_WITHIN_DAYS * DAY_S:
-            continue
-        noons = {entry[0][:10]: index for index, entry in enumerate(b.entries)}
-        together = [
-            (index, noons[entry[0][:10]])
-            for index, entry in enumerate(a.entries)
-            if entry[0][:10] in noons
-            and nautical_miles(entry[1:3], b.entries[noons[entry[0][:10]]][1:3]) <= NEAR_NMI
-        ]
-        if len(together) < LEAST_DAYS:
-            continue
-        i, second = together[-1]
-        differ: dict[str, dict[str, float]] = {}
-        for clock in clocks:
-            ours, theirs = rows[clock, a.name], rows[clock, b.name]
-            for way, column in TRACED.items():
-                if i < len(ours[column]) and second < len(theirs[column]):
-                    gap = ours[column][i] - theirs[column][second]
-                    differ.setdefault(clock, {})[way] = gap
-        yield ConvoyPair((a.name, b.name), len(together), differ)

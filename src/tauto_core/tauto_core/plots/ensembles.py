@@ -12,7 +12,7 @@ import numpy as np
 from tauto_core.ensembles.answers import ERRORS, WAYS, TrialAnswers, sizes_nmi
 from tauto_core.ensembles.comparison import Comparison, Row
 from tauto_core.ensembles.fleets import Fleet
-from tauto_core.ensembles.trials import SailedTrial
+from tauto_core.ensembles.trials import Trial
 from tauto_core.files import write_figure
 from tauto_core.navigation.longitude import ARCMIN_PER_S, AWARDS
 from tauto_core.plots.chart import draw_land
@@ -55,24 +55,21 @@ def draw_passages(passages: Sequence[LoggedPassage], path: Path) -> None:
     write_figure(made, path)
 
 
-def draw_trial(sailed: SailedTrial, answers: TrialAnswers, path: Path) -> None:
+def draw_trial(
+    trial: Trial, rows: Sequence[dict[str, Any]], answers: TrialAnswers, path: Path
+) -> None:
     """Draw a trial that has been sailed. Replace the file, .svg, .png or .pdf."""
-    write_figure(lambda: trial_figure(sailed, answers), path)
+    write_figure(lambda: trial_figure(trial, rows, answers), path)
 
 
-def trial_figure(sailed: SailedTrial, answers: TrialAnswers) -> Figure:
+def trial_figure(trial: Trial, rows: Sequence[dict[str, Any]], answers: TrialAnswers) -> Figure:
     """Return the figure: the tracks of the first clock, and the distribution of the errors."""
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(8.0, 8.6), layout='constrained')
     above, below = figure.subplots(2, 1, height_ratios=[3.0, 2.0])
-    clock = sailed.trial.rules.clocks[0].name
-    traces = {
-        row['passage']: row['noon_error_nmi']
-        for row in sailed.rows
-        if row['drawn'] == 'log' and row['clock'] == clock
-    }
-    passages = sailed.trial.passages
+    clock, passages = trial.clocks[0].name, trial.passages
+    traces = {row['passage']: row['noon_error_nmi'] for row in rows if row['clock'] == clock}
     tracks = _map(
         above,
         [_places(passage) for passage in passages],
