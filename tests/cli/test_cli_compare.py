@@ -6,7 +6,6 @@ import json
 from pathlib import Path
 
 import pytest
-from trial_examples import CLOCK, LOG, write_log
 from typer.testing import CliRunner, Result
 
 from tauto_core.cli.app import app
@@ -15,8 +14,6 @@ from tauto_core.ensembles import rows as stored
 from tauto_core.ensembles.comparison import Comparison, Row, Stop
 from tauto_core.ensembles.workers import Ended, WorkerError
 from tauto_core.plots.ensembles import draw_comparison, side_by_side
-
-P = '17700101-1'
 
 # one closed form in two seas: the whole path without a kernel that must be compiled
 CHEAP = ('compare', 'second_cam_at_sea', '--duration', '600', '--jobs', '1')
@@ -158,35 +155,3 @@ def test_a_clock_whose_processes_died_is_named(monkeypatch: pytest.MonkeyPatch) 
     result = tauto(*CHEAP)
     assert (result.exit_code, result.stdout) == (1, '')
     assert 'second_cam_at_sea: its process died four times' in result.stderr
-
-
-def test_clocks_sail_a_passage_of_a_log_book(tmp_path: Path) -> None:
-    asked = ('--logs', write_log(tmp_path), '--harbour-days', '0.5', '--json')
-    found = tauto('compare', CLOCK, '--duration', '3600', '--jobs', '1', *asked, '--passage', P)
-    assert found.exit_code == 0, found.stderr
-    told = json.loads(found.stdout)
-    assert told['duration_s'] == 3600.0
-    assert told['rows'][0]['clock'] == CLOCK
-    assert f'passage {P}: the last entry is at sea, 185 km' in found.stderr.replace('\n', ' ')
-
-
-@pytest.mark.parametrize(
-    ('asked', 'said'),
-    [
-        (['--passage', P], f'--passage {P}: needs --logs'),
-        (['--harbour-days', '3'], '--harbour-days 3: needs --logs'),
-        (['--logs', 'absent.csv'], '--logs absent.csv: '),
-        (['--logs', 'LOG'], 'has 3 passages'),
-        (['--logs', 'LOG', '--passage', 'x'], 'is not one of the 3 passages'),
-        (['--logs', 'LOG', '--passage', '17700101-2'], 'row 2 (line 6), latitude'),
-        (['--logs', 'LOG', '--passage', P, '--harbour-days', '-1'], 'harbour_days'),
-    ],
-)
-def test_what_is_wrong_with_a_passage_is_named(
-    tmp_path: Path, asked: list[str], said: str
-) -> None:
-    # the second passage leaps by 600 miles
-    path = write_log(tmp_path, LOG.replace('46.55,-8.0', '36.55,-8.0'))
-    found = tauto('compare', CLOCK, *[path if each == 'LOG' else each for each in asked])
-    assert found.exit_code == 2, found.output
-    assert said in found.stderr.replace('\n', ' ')

@@ -298,7 +298,6 @@ def test_one_clock_with_two_values_is_compared() -> None:
         (lambda: tauto.load('ideal', accuracy=1, solver__accuracy=1), 'is given twice'),
         (lambda: tauto.replay('no_bag', plot='x.svg'), r'plot=x\.svg: the stability is drawn by'),
         (lambda: tauto.replay('no_bag', smoth=True), 'smoth=True: is no argument of replay'),
-        (lambda: tauto.compare('ideal', passage='x'), 'passage=x: needs logs='),
         (lambda: tauto.trial('ideal', __file__, compare='ideal'), "compare = 'ideal': must be"),
         (lambda: tauto.fleet('ideal', ships=2.5), r'ships = 2\.5: must be a whole number'),
         (lambda: tauto.fleet('ideal', vary=3), 'vary = 3: must be a mapping of keys, or a file'),

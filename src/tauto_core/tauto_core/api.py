@@ -97,6 +97,18 @@ GONE = {
             'for each 4 s'
         ),
     ),
+    **dict.fromkeys(
+        ('logs', 'passage', 'harbour_days'),
+        (
+            'compare',
+            ArgumentText(
+                ': clocks sail no log-book here any more. Use a trial with ',
+                Argument('compare'),
+                ', or give the scene of a passage (`tauto logbook`) as ',
+                Argument('ship_of'),
+            ),
+        ),
+    ),
     'page': (
         'euler',
         ArgumentText(': is no longer written. Use ', Argument('site'), ', whose pages hold it'),
@@ -984,9 +996,6 @@ def compare(
     accuracy: Quantity | None = None,
     roll_deg: Sequence[Quantity] = (),
     suspension: Literal['both', 'with', 'without'] = 'both',
-    logs: File | None = None,
-    passage: str | None = None,
-    harbour_days: Quantity | None = None,
     jobs: int = 2,
     plot: Files = (),
     anyway: bool = False,
@@ -997,8 +1006,7 @@ def compare(
 
     Which of them finds the longitude? The column `dial` is the longitude by the dial alone. The
     dials of the built-in clocks are regulated on land. The column `rated` corrects for the rate
-    observed in port, in the same sea. With `logs` they sail a passage of a log-book in the ship of
-    `ship_of` or of the first clock, their dials regulated at its beginning.
+    observed in port, in the same sea.
 
     Args:
         clocks: files or built-in names with different `name`s, or one list of them. Default: the
@@ -1009,9 +1017,6 @@ def compare(
         roll_deg: significant amplitudes of the roll [deg], twice its root mean square. Heave and
             waves are unchanged.
         suspension: cases suspended as in the scenes, or fixed to the ship.
-        logs: sail a passage of this log-book, in the sea of its wind.
-        passage: with `logs`: its name, see `tauto logbook`.
-        harbour_days: with `logs`: days of rating before it [d]. Default: 14.
         jobs: processes at once.
         plot: draw it as .svg, .png or .pdf, replacing the file.
         anyway: as for `sail`.
@@ -1026,25 +1031,12 @@ def compare(
         TautoError: clocks that cannot be compared, or arguments out of range.
     """
     from tauto_core.ensembles import comparison
-    from tauto_core.ensembles.trials import check_logs
-    from tauto_core.ship.coast import no_landfall
-    from tauto_core.ship.logbook import sound_passage
 
     if suspension not in ('both', 'with', 'without'):
         raise UsageError(
             f"suspension = {suspension!r}: must be 'both', 'with' or 'without'. Choose one"
         )
-    drawn, logged = _plots(plot), None
-    if logs is not None:
-        check_logs(str(path('logs', logs)))
-        logged = sound_passage(str(logs), passage)
-        away = no_landfall(*logged.entries[-1][1:3])
-        for note in [*logged.notes(), *([f'the last entry is {away}'] * (away is not None))]:
-            _tell(f'passage {logged.name}: {note}')
-    for name, value in (('passage', passage), ('harbour_days', harbour_days)):
-        if logs is None and value is not None:
-            remedy = ': needs ', Argument('logs'), '. Name a log-book, or leave it out'
-            raise UsageError(Argument(name, value), *remedy)
+    drawn = _plots(plot)
     listed = clocks[0] if len(clocks) == 1 else clocks
     several = isinstance(listed, Sequence) and not isinstance(listed, str)
     entries = comparison.make_entries(
@@ -1055,8 +1047,6 @@ def compare(
         rolls_deg=numbers('roll_deg', roll_deg, 'deg'),
         cases=suspension,
         anyway=anyway,
-        passage=logged,
-        harbour_days=14.0 if harbour_days is None else number('harbour_days', harbour_days, 'd'),
         overrides=_by_path(overrides),
     )
     result = comparison.compare(entries, jobs=_jobs(jobs), progress=progress)

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from trial_examples import CLOCK, OTHER, clock, write_log
 
 from tauto_core.ensembles.comparison import (
     PIECES,
@@ -14,15 +13,12 @@ from tauto_core.ensembles.comparison import (
     compare,
     in_one_sea,
     make_entries,
-    on_passage_of,
     sail_sea,
 )
-from tauto_core.ensembles.trials import Rules, Sailing, TriedClock, _content, sail_passage
 from tauto_core.samples import READING, TimeSamples, same
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import SceneError
 from tauto_core.ship import ShipMotion
-from tauto_core.ship.logbook import read_passages
 from tauto_core.voyage import sail
 
 FORCE = """\
@@ -196,40 +192,3 @@ def test_the_spread_is_that_of_the_rates_over_the_pieces():
     assert len(trace.time_s) == PIECES + 1
     assert trace.rate_spread() == pytest.approx(math.sqrt(PIECES / (PIECES - 1)), rel=1e-6)
     assert ErrorTrace(scene).rate_spread() is None
-
-
-def test_clocks_on_a_passage_of_a_log_book_are_those_of_a_trial(tmp_path):
-    """Each samples the sea for itself, and has the bits of the trial, which samples it once."""
-    logs, first = write_log(tmp_path), clock(CLOCK)
-    named = [(CLOCK, first), (OTHER, on_passage_of(OTHER, clock(OTHER), first, CLOCK))]
-    [passage, *_] = read_passages(logs)
-    clocks = [TriedClock(name, name, _content(each, name)) for name, each in named]
-    rules = Rules(tuple(clocks), seed=1, harbour_days=0.5, longest_s=60_000.0)
-    rows = sail_passage(rules, Sailing(0, passage), lambda _: None)
-    entries = make_entries(
-        [clock(CLOCK), clock(OTHER)],
-        passage=passage,
-        harbour_days=0.5,
-        duration=60_000.0,
-        overrides={'seed': rows[0]['seed']},
-    )
-    result = compare(entries, jobs=1)
-    assert result.duration_s == 60_000.0
-    names = ('clock', 'clock_error_s', 'raw_error_nmi', 'error_nmi')
-    assert [(row.clock, row.error_s, row.raw_error_nmi, row.error_nmi) for row in result.rows] == [
-        tuple(row[name] for name in names) for row in rows
-    ]
-    whole = make_entries([clock(CLOCK)], passage=passage, harbour_days=0.5)[0].scene
-    assert whole.duration == 2.5 * 86_400.0 + 600.0
-    assert whole.voyage.log.passage == passage.name
-
-
-def test_an_accuracy_sets_the_rate_for_the_sea_of_the_log(tmp_path):
-    [passage, *_] = read_passages(write_log(tmp_path))
-    rough, fine = (
-        make_entries([CLOCK], passage=passage, harbour_days=0.5, accuracy=accuracy)[0].scene
-        for accuracy in (1.0, 1e-6)
-    )
-    assert rough.ship.rate < fine.ship.rate
-    both = make_entries([CLOCK, OTHER], passage=passage, harbour_days=0.5, accuracy=1e-3)
-    assert len({each.scene.ship.rate for each in both}) == 1

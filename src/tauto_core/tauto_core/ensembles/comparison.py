@@ -36,12 +36,11 @@ from tauto_core.scene.errors import (
     UsageError,
     naming,
 )
-from tauto_core.scene.loader import checked_scene, origin_of, read_mapping
+from tauto_core.scene.loader import origin_of
 from tauto_core.scene.times import DAY_S, NS_PER_S
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.buffer import SharedBuffers
 from tauto_core.ship.imu import Sensed, kept, message
-from tauto_core.ship.logbook import LoggedPassage, scene_of_passage
 from tauto_core.ship.waves import Harmonics
 from tauto_core.wording import counted, figure, least, span
 
@@ -149,8 +148,6 @@ def make_entries(
     rolls_deg: Sequence[float] = (),
     cases: _Cases = 'both',
     anyway: bool = False,
-    passage: LoggedPassage | None = None,
-    harbour_days: float = 14.0,
     overrides: Mapping[str, object] = MappingProxyType({}),
 ) -> list[Entry]:
     """Return the checked entries of a comparison, in the order of roll, clock, fixed before hung.
@@ -160,16 +157,11 @@ def make_entries(
     ships larger than any known (a roll that is set may be larger). `overrides` are values by the
     paths of their keys. Keys of the passage go to `ship_of`.
 
-    With a `passage` of a log-book, which must have no problems, the clocks sail it in the ship of
-    `ship_of` or of the first clock. The dials are regulated during `harbour_days` in harbour.
-
     Raises:
         SceneError: a scene cannot run.
         UsageError: scenes in different seas, names or rolls given twice, or a missing suspension.
     """
     scenes = _scenes(clocks or CLOCKS, ship_of, duration, accuracy, overrides)
-    if passage is not None:
-        scenes = _along(scenes, passage, harbour_days, shortened=duration is not None)
     for origin, scene in scenes:
         if not anyway:
             with naming(origin, scene.name):
@@ -185,9 +177,8 @@ def make_entries(
             rolled = scene if roll is None else _as_given(origin, with_roll(scene, roll))
             for cased in _in_cases(origin, rolled, cases):
                 with naming(origin, cased.name):
-                    machine, _ = check_scene(cased)
-                sailing = cased if passage is None else regulated(cased, machine)
-                entries.append(Entry(origin, sailing, significant_roll_deg(cased)))
+                    check_scene(cased)
+                entries.append(Entry(origin, cased, significant_roll_deg(cased)))
     return entries
 
 
@@ -237,28 +228,6 @@ def _scenes(
         ship = shared.get('ship', scene.ship).model_copy(update={'rate': max(rates)})
         entries.append((name, _taking(name, scene, {**shared, 'ship': ship}, whose)))
     return entries
-
-
-def _along(
-    scenes: Sequence[tuple[str, Scene]],
-    passage: LoggedPassage,
-    harbour_days: float,
-    *,
-    shortened: bool,
-) -> list[tuple[str, Scene]]:
-    """Return the clocks on a passage of a log-book, in the ship of the first clock."""
-    origin, leader = scenes[0]
-    afloat = []
-    for name, scene in scenes:
-        content = read_mapping(scene_yaml(on_passage_of(name, scene, leader, origin)), name)
-        if scene.accuracy is not None:
-            content['ship'].pop('rate', None)  # it follows from the sea
-        content = scene_of_passage(content, passage, harbour_days)
-        if shortened:
-            content['duration'] = scene.duration
-        afloat.append((name, checked_scene(content | {'name': scene.name}, name)))
-    rate_hz = max(scene.ship.rate for _, scene in afloat)
-    return [(name, with_rate(scene, rate_hz)) for name, scene in afloat]
 
 
 def with_rate(scene: Scene, rate_hz: float) -> Scene:
