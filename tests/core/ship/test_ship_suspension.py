@@ -5,8 +5,6 @@ from __future__ import annotations
 import copy
 import math
 import pickle
-import subprocess
-import sys
 from dataclasses import replace
 
 import mpmath
@@ -141,20 +139,19 @@ def test_harmonic_sway_is_answered_in_closed_form(frequency, size, rate, seconds
     np.testing.assert_allclose([theta[some], phi[some]], wanted, rtol=0, atol=close)
 
 
-@pytest.mark.parametrize('height', [3.0, -4.0])
-def test_full_equations_follow_dop853_on_a_rolling_support(height):
+def test_full_equations_follow_dop853_on_a_rolling_support():
     """The whole roll is given to the reference, turning the support too: only its centre counts.
 
     Against the exact motion: at 50 Hz sampling and interpolation leave some 1e-11 rad.
     """
-    rolls, heaves = [(0.25, 6.1, 0.4), (0.1, 3.3, 1.0)], [(0.4, 5.3, 0.2)]
+    rolls, heaves, height = [(0.25, 6.1, 0.4), (0.1, 3.3, 1.0)], [(0.4, 5.3, 0.2)], -4.0
     names = 'amplitude', 'period', 'phase'
     scene = rolling(
         [dict(zip(names, wave, strict=True)) for wave in rolls],
         heave=[dict(zip(names, wave, strict=True)) for wave in heaves],
         rate=50.0,
         height=height,
-        duration=8.0,
+        duration=4.0,
         suspension__large_angles=True,
     )
 
@@ -182,9 +179,9 @@ def test_full_equations_follow_dop853_on_a_rolling_support(height):
     times, phi, phi_rate, theta, contact = in_the_case(scene)
     rho, rate, _ = waves(rolls, 0.0)
     start = [E * (theta[0] - rho), phi[0], -E * rate, 0.0]
-    at = np.searchsorted(times, [2.0, 4.0, 8.0])
+    at = np.searchsorted(times, [1.0, 2.0, 4.0])
     found = solve_ivp(
-        right, (0, 8), start, method='DOP853', rtol=1e-13, atol=1e-15, t_eval=times[at]
+        right, (0, 4), start, method='DOP853', rtol=1e-13, atol=1e-15, t_eval=times[at]
     )
     for n, y in zip(at, found.y.T, strict=True):
         assert abs(phi[n]) > 1e-4
@@ -274,7 +271,7 @@ STICKING = {
 
 @pytest.mark.parametrize('changes', [{}, LARGE, STICKING], ids=('small', 'large', 'gimbals'))
 @given(data=st.data())
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=5, deadline=None)
 def test_any_split_and_any_resumption_give_the_same_bits(changes, data):
     scene = scene_of(duration=10.0, **changes)
     imu = motion_of(scene)
@@ -355,7 +352,7 @@ def test_the_case_is_sampled_as_its_fast_mode_needs():
 def test_a_coarse_accuracy_takes_a_third_of_the_samples(monkeypatch):
     """In the sea that the clock feels most, against the samples that the default would take."""
     name, asked = 'clock_own_cam_weight', 1e-3
-    changes = {'solver.accuracy': asked, 'duration': 7200.0, 'voyage.sails_at': 0.0}
+    changes = {'solver.accuracy': asked, 'duration': 1800.0, 'voyage.sails_at': 0.0}
     default, finer, coarse = (
         load_scene(name, **{'solver.accuracy': a}) for a in (1e-6, 9e-4, asked)
     )
@@ -367,7 +364,7 @@ def test_a_coarse_accuracy_takes_a_third_of_the_samples(monkeypatch):
     assert sensed_parts(coarse) == 5
     read.append(sail(load_scene(name, **changes)).samples[READING].time_ref_ns)
     apart_s = np.max(np.abs(read[0] - read[1])) * 1e-9
-    # two hours may err as much as a day
+    # half an hour may err as much as a day
     assert 0.0 < apart_s < 0.01 * asked
 
 
@@ -382,7 +379,7 @@ def test_a_wide_swing_is_sampled_as_its_overtones_need():
     hung = {'kind': 'axle', 'support_radius': 0.32, 'axle_radius': 0.02, 'depth': c}
     scene = load_scene(
         'ideal',
-        duration=20.0,
+        duration=10.0,
         trochlea={
             'inertia': inertia,
             'cam': {'kind': 'hole', 'lever_rate': rate},
@@ -427,7 +424,7 @@ def test_a_wide_swing_is_sampled_as_its_overtones_need():
     times = (wheel.stamp_ns - scene.starts_at_ns) * 1e-9
     start = [tilt, tilt, 0.0, 0.0, 0.6 + tilt, 0.0]
     found = solve_ivp(
-        moved, (0.0, 20.0), start, 'DOP853', times, rtol=1e-12, atol=1e-13, max_step=0.05
+        moved, (0.0, 10.0), start, 'DOP853', times, rtol=1e-12, atol=1e-13, max_step=0.05
     )
     theta = found.y[4] - found.y[1]
     assert np.max(np.abs(found.y[1])) > 0.9
@@ -447,17 +444,14 @@ def test_a_rate_too_low_for_wide_swings_names_one_that_works():
     assert sensed_parts(scene_of(ship__rate=4.0, **changes)) <= 64
 
 
-def test_a_fast_mode_too_fast_to_sample_is_refused_with_a_radius():
-    scene = scene_of(suspension__gyration_radius=1e-4)
+def test_a_fast_mode_too_fast_to_sample_is_refused_with_a_rate():
+    scene = scene_of(suspension__gyration_radius=1e-3)
     for start in (check_scene, TrochleaStage, sensed_parts):
-        with pytest.raises(SceneError, match='at least') as caught:
+        with pytest.raises(SceneError, match='Use a larger one, or a') as caught:
             start(scene)
         assert caught.value.key == 'suspension.gyration_radius'
-    words = caught.value.remedy.split()
-    radius = float(words[words.index('least') + 1])
-    check_scene(scene_of(suspension__gyration_radius=radius * 1.00001))
-    with pytest.raises(SceneError):
-        check_scene(scene_of(suspension__gyration_radius=radius * 0.99))
+    assert 100.0 < float(caught.value.remedy.split()[-4]) < 125.0
+    check_scene(scene_of(suspension__gyration_radius=1e-3, ship__rate=125.0))
     # 15 625 000 ns has 50 and 100 among its divisors, but no value between
     odd = scene_of(ship__rate=64.0, suspension__gyration_radius=1.785e-3)
     with pytest.raises(SceneError, match='no divisor') as caught:
@@ -552,18 +546,6 @@ def test_the_forecast_of_a_suspended_clock_counts_its_case():
     assert hung.shortest_wave_s == pytest.approx(math.tau / FAST, rel=1e-12)
     assert hung.run_s > fixed.run_s
     assert 0.0 < hung.error_s < 1e-6
-
-
-def test_scenes_without_a_suspension_import_nothing_of_it():
-    code = (
-        'import sys\n'
-        'from tauto_core.voyage import sail\n'
-        'from tauto_core.scene import load_scene\n'
-        "sail(load_scene('second_cam_at_sea', duration=5.0))\n"
-        "names = ('ship.suspension', 'motion.axle', 'motion.axle_modes', 'motion.bearing')\n"
-        "assert not {f'tauto_core.{name}' for name in names} & set(sys.modules)\n"
-    )
-    subprocess.run([sys.executable, '-c', code], check=True)
 
 
 def test_samples_are_screened_before_they_reach_the_case():

@@ -52,8 +52,8 @@ from tauto_core.ship.imu import (
     Continuity,
     MotionRun,
     attitude,
-    content_reasons,
     level_force,
+    refusal_reasons,
     upward,
 )
 
@@ -502,7 +502,7 @@ class LiveTrochlea(Stateful):
         return take(imu, moves)
 
     def _take(self, imu: ImuSamples, said: list[Batches]) -> None:
-        reasons = content_reasons(imu)
+        reasons = refusal_reasons(imu, None, by_stamp=False)
         if reasons.any():
             for number, name in enumerate(REFUSALS, start=1):
                 self._refused[name] += int(np.count_nonzero(reasons == number))

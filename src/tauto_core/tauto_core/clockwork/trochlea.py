@@ -456,7 +456,7 @@ class TrochleaStage(Stateful):
         if not isinstance(imu, ImuSamples | SpatialImu) or not len(imu.stamp_ns):
             return self._move(None) if self._waiting else {}
         if isinstance(imu, ImuSamples):
-            imu, refused = screen(imu, self._last_stamp, compiled=not self._still)
+            imu, refused = screen(imu, self._last_stamp)
             for name, number in refused.items():
                 self._refused[name] = self._refused.get(name, 0) + number
         if not len(imu.stamp_ns):

@@ -35,10 +35,10 @@ from tauto_core.scene.times import MAX_GAP_S, NS_PER_S
 from tauto_core.ship.airs import COLDEST, WARMEST, BoxTemperature
 from tauto_core.ship.imu import (
     Continuity,
-    content_reasons,
     contiguous,
     imu_from_roll,
     level_force,
+    refusal_reasons,
     screen,
 )
 from tauto_core.ship.passage import gravity_between
@@ -238,11 +238,11 @@ class Regressors(MotionRegressors):
             return
         if self._continuity is None:
             last_ns = self.reached_ns if len(self._stamp) else None
-            imu, refused = screen(imu, last_ns, compiled=True)
+            imu, refused = screen(imu, last_ns)
             self._health['motion_refused'] += sum(refused.values())
             self._add(imu)
             return
-        good = content_reasons(imu) == 0
+        good = refusal_reasons(imu, None, by_stamp=False) == 0
         self._health['motion_refused'] += int(np.count_nonzero(~good))
         for run in self._continuity.feed(imu if good.all() else take(imu, good)):
             if run.begins and len(self._stamp):

@@ -213,17 +213,13 @@ def sensed_parts(scene: Scene) -> int:
             f'{fast:.6g} rad/s: a step of {scene.step_ns} ns has no divisor that fits',
             'Use a rate whose step is a round number of nanoseconds, for example 20.0 Hz.',
         )
-    wider = hung.wider(limit, scene.g)
-    remedy = (
-        f'Use a gyration_radius of at least {wider:.6g} m, or ' if wider < math.inf else 'Use '
-    )
     raise SceneError(
         scene.name,
         'suspension.gyration_radius',
         hung.gyration_radius,
         f'gives the case a fast mode of {fast:.6g} rad/s (h′ = {scene.g / fast**2:.6g} m), '
         f'while the limit at {scene.ship.rate!r} Hz is {limit:.6g}',
-        f'{remedy}a ship.rate of {fast / limit * scene.ship.rate:.6g} Hz or more.',
+        f'Use a larger one, or a ship.rate of {fast / limit * scene.ship.rate:.6g} Hz or more.',
     )
 
 

@@ -172,9 +172,7 @@ def attitude(imu: ImuSamples) -> Attitude:
     )
 
 
-def screen(
-    imu: ImuSamples, last_stamp_ns: int | None, *, compiled: bool = False
-) -> tuple[ImuSamples, dict[str, int]]:
+def screen(imu: ImuSamples, last_stamp_ns: int | None) -> tuple[ImuSamples, dict[str, int]]:
     """Return the samples that may be integrated, and the number refused for each reason.
 
     Each refused sample counts once, under the first of `REFUSALS` that applies:
@@ -184,43 +182,14 @@ def screen(
     `not_unit_quaternion` (norm differs from 1 by more than 1e-3), `roll_undefined` (pitch at 90
     degrees), `duplicated` (stamp of the last sample kept), `out_of_order` (an earlier stamp).
 
-    `last_stamp_ns` is the stamp of the last sample kept in earlier batches. With `compiled` a
-    compiled pass checks first if any sample is to be refused.
+    `last_stamp_ns` is the stamp of the last sample kept in earlier batches.
     """
-    if compiled and len(imu.stamp_ns) and _nothing_refused(imu, last_stamp_ns):
-        return imu, dict.fromkeys(REFUSALS, 0)
     reasons = refusal_reasons(imu, last_stamp_ns)
+    if not reasons.any():
+        return imu, dict.fromkeys(REFUSALS, 0)
     totals = np.bincount(reasons, minlength=1 + len(REFUSALS))
     counts = {name: int(total) for name, total in zip(REFUSALS, totals[1:], strict=True)}
-    return (imu if totals[0] == len(reasons) else take(imu, reasons == 0)), counts
-
-
-def _nothing_refused(imu: ImuSamples, last_stamp_ns: int | None) -> bool:
-    """Return whether all samples pass by a margin larger than rounding."""
-    from tauto_core.ship.kernels import all_good  # imports kernels
-
-    for covariance in _covariances_of(imu):
-        first = covariance[:1] if covariance.strides[0] == 0 else covariance  # one for all
-        if np.any(first[:, 0] == -1.0):
-            return False
-    return bool(
-        all_good(
-            contiguous(imu.stamp_ns),
-            -1 if last_stamp_ns is None else last_stamp_ns,
-            contiguous(imu.orientation),
-            contiguous(imu.angular_velocity),
-            contiguous(imu.linear_acceleration),
-            0.999 * NORM_TOLERANCE,
-        )
-    )
-
-
-def _covariances_of(imu: ImuSamples) -> tuple[FloatArray, ...]:
-    return (
-        imu.orientation_covariance,
-        imu.angular_velocity_covariance,
-        imu.linear_acceleration_covariance,
-    )
+    return take(imu, reasons == 0), counts
 
 
 def contiguous(array: A) -> A:
@@ -229,41 +198,30 @@ def contiguous(array: A) -> A:
     return array if flags.c_contiguous and flags.writeable else array.copy()
 
 
-def refusal_reasons(imu: ImuSamples, last_stamp_ns: int | None) -> IntArray:
-    """Return for each sample 0 if `screen` keeps it, else 1 + the index in `REFUSALS`."""
-    reasons = content_reasons(imu)
-    good = np.flatnonzero(reasons == 0)
-    if good.size:
-        stamps = imu.stamp_ns[good]
-        first = stamps[0] - 1 if last_stamp_ns is None else last_stamp_ns
-        latest = np.maximum.accumulate(np.concatenate(([first], stamps[:-1])))
-        reasons[good[stamps == latest]] = 1 + REFUSALS.index('duplicated')
-        reasons[good[stamps < latest]] = 1 + REFUSALS.index('out_of_order')
-    return reasons
+def refusal_reasons(
+    imu: ImuSamples, last_stamp_ns: int | None, *, by_stamp: bool = True
+) -> IntArray:
+    """Return for each sample 0 if `screen` keeps it, else 1 + the index in `REFUSALS`.
 
+    If not `by_stamp`, the content alone counts.
+    """
+    from tauto_core.ship.kernels import refuse_samples  # imports kernels
 
-def content_reasons(imu: ImuSamples) -> IntArray:
-    """Return `refusal_reasons` by the content alone, without the stamps."""
-    vectors = (imu.orientation, imu.angular_velocity, imu.linear_acceleration)
-    finite = np.logical_and.reduce([np.isfinite(vector).all(axis=1) for vector in vectors])
-    # refused rows are replaced to avoid floating-point warnings
-    unit = np.array([0.0, 0.0, 0.0, 1.0])
-    orientation = np.where(finite[:, None], imu.orientation, unit)
-    with np.errstate(over='ignore'):
-        norm = np.hypot(np.hypot(*orientation[:, :2].T), np.hypot(*orientation[:, 2:].T))
-    not_unit = np.abs(norm - 1.0) > NORM_TOLERANCE
-    x, y, z, w = np.where(not_unit[:, None], unit, orientation).T
-    cos_pitch = np.hypot(2.0 * (w * x + y * z), (w * w - x * x) + (z * z - y * y))
-    problems = (
-        *(covariance[:, 0] == -1.0 for covariance in _covariances_of(imu)),
-        ~finite,
-        norm < SMALLEST_NORM,
-        not_unit,
-        cos_pitch < SMALLEST_COS_PITCH,
-    )
     reasons = np.zeros(len(imu.stamp_ns), np.int64)
-    for number, wrong in enumerate(problems, start=1):
-        reasons[(reasons == 0) & wrong] = number
+    for number, vector in enumerate(('orientation', 'angular_velocity', 'linear_acceleration'), 1):
+        covariance = getattr(imu, f'{vector}_covariance')
+        # one row may stand for all
+        is_absent = covariance[: 1 if covariance.strides[0] == 0 else None, 0] == -1.0
+        if is_absent.any():
+            reasons[(reasons == 0) & is_absent] = number
+    refuse_samples(
+        contiguous(imu.stamp_ns) if by_stamp else None,
+        -(2**63) if last_stamp_ns is None else last_stamp_ns,
+        contiguous(imu.orientation),
+        contiguous(imu.angular_velocity),
+        contiguous(imu.linear_acceleration),
+        reasons,
+    )
     return reasons
 
 

@@ -25,11 +25,11 @@ from tauto_core.motion.lanes import (
     splat,
     square_root,
     store,
-    total,
     with_lane,
 )
 from tauto_core.motion.linear import cosine_sine, short_cosine_sine
-from tauto_core.samples import SQUARABLE, FloatArray, IntArray
+from tauto_core.samples import FloatArray, IntArray
+from tauto_core.ship.imu import NORM_TOLERANCE, SMALLEST_COS_PITCH, SMALLEST_NORM
 
 # A loop over a tuple is unrolled with a constant variable.
 LANES = tuple(range(SIZE))
@@ -287,9 +287,6 @@ def half_angles(angle: Any) -> Any:
     return s, c
 
 
-STEEP = 0.495
-"""Half the sine of the pitch beyond which samples are checked one by one."""
-
 MODERATE = math.sqrt(2.0) - 1.0
 """Tangent of 22.5 degrees, the largest argument of the arc tangent's series."""
 
@@ -301,51 +298,70 @@ INVERSE_ODDS = tuple((-1) ** k / (2 * k + 1) for k in range(21))
 
 
 @entry
-def all_good(
-    stamp_ns: IntArray,
+def refuse_samples(
+    stamp_ns: IntArray | None,
     last_stamp_ns: int,
     orientation: FloatArray,
     angular_velocity: FloatArray,
     force: FloatArray,
-    off_unit: float,
-) -> bool:
-    """Return whether stamps increase and all samples are finite and certainly valid.
+    reasons: IntArray,
+) -> None:
+    """Fill the reasons, from the fourth of `imu.REFUSALS` on, of samples that have none so far.
 
-    A pitch above 82 degrees counts as doubtful (2 (w y - z x) is its sine). The quaternion's norm
-    must differ from 1 by less than `off_unit`.
+    Without stamps, the content alone counts.
     """
-    rows = len(stamp_ns) // SIZE
-    off, steep, finite = splat(0.0), splat(0.0), splat(0.0)
-    for i in range(rows):
-        x, y, z, w = vectors(orientation, i, _FOUR)
-        norm = (x * x + y * y) + (z * z + w * w)
-        off, steep = larger(off, norm - 1.0), larger(steep, w * y - z * x)
-        finite = fma(norm, 0.0, finite)
-    limit = off_unit * (2.0 - off_unit)
-    good = largest(off) < limit and largest(steep) < STEEP and total(finite) == 0.0
-    for i in range(SIZE * rows, len(stamp_ns)):
-        x, y, z, w = orientation[i, 0], orientation[i, 1], orientation[i, 2], orientation[i, 3]
-        norm = (x * x + y * y) + (z * z + w * w)
-        good &= abs(norm - 1.0) < limit and abs(w * y - z * x) < STEEP
-    for numbers in (angular_velocity.reshape(-1), force.reshape(-1)):
-        for i in range(len(numbers)):
-            good &= abs(numbers[i]) < SQUARABLE
-    good &= stamp_ns[0] > last_stamp_ns
-    for i in range(len(stamp_ns) - 1):
-        good &= stamp_ns[i + 1] > stamp_ns[i]
-    return good
+    last = last_stamp_ns
+    for k in range(len(reasons)):
+        if reasons[k] != 0:
+            continue
+        x, y, z, w = orientation[k, 0], orientation[k, 1], orientation[k, 2], orientation[k, 3]
+        defect = 0.0 * x + 0.0 * y + 0.0 * z + 0.0 * w  # NaN, unless all are finite
+        for j in range(3):
+            defect += 0.0 * angular_velocity[k, j] + 0.0 * force[k, j]
+        square = (x * x + y * y) + (z * z + w * w)
+        sine, cosine = 2.0 * (w * x + y * z), (w * w - x * x) + (z * z - y * y)
+        if not defect == 0.0:  # noqa: SIM201
+            reasons[k] = 4
+        elif square < SMALLEST_NORM * SMALLEST_NORM:
+            reasons[k] = 5
+        elif abs(math.sqrt(square) - 1.0) > NORM_TOLERANCE:
+            reasons[k] = 6
+        elif sine * sine + cosine * cosine < SMALLEST_COS_PITCH * SMALLEST_COS_PITCH:
+            reasons[k] = 7
+        elif stamp_ns is not None:
+            if stamp_ns[k] > last:
+                last = stamp_ns[k]
+            else:
+                reasons[k] = 8 if stamp_ns[k] == last else 9
 
 
 @inlined
 def vectors(array: FloatArray, i: int, places: tuple[int, ...]) -> tuple[Any, ...]:
-    """Return the components of the eight vectors from 8 i on, each as lanes."""
+    """Return the components of the eight vectors from 8 i on, each as lanes, 0 beyond the last."""
     rows: tuple[Any, ...] = ()
     parts: tuple[Any, ...] = ()
+    if SIZE * i + SIZE <= len(array):
+        for k in places:
+            rows = (*rows, row_of(array, len(places) * i + k))
+        for k in places:
+            parts = (*parts, strided(rows, k, len(places)))
+        return parts
     for k in places:
-        rows = (*rows, row_of(array, len(places) * i + k))
-    for k in places:
-        parts = (*parts, strided(rows, k, len(places)))
+        x = splat(0.0)
+        for r in range(len(array) - SIZE * i):
+            x = with_lane(x, r, array[SIZE * i + r, k])
+        parts = (*parts, x)
     return parts
+
+
+@inlined
+def put(channel: FloatArray, i: int, x: Any) -> None:
+    """Write lanes to the eight samples from 8 i on, up to the last."""
+    if SIZE * i + SIZE <= len(channel):
+        store(channel, i, x)
+    else:
+        for r in range(len(channel) - SIZE * i):
+            channel[SIZE * i + r] = lane(x, r)
 
 
 @entry
@@ -368,25 +384,15 @@ def roll_of(
 
     Equations: `imu.attitude`. The quaternion's norm cancels.
     """
-    rows = len(roll) // SIZE
-    for i in range(rows):
+    for i in range(-(-len(roll) // SIZE)):
         x, y, z, w = vectors(orientation, i, _FOUR)
         sine, cosine = 2.0 * (w * x + y * z), (w * w - x * x) + (z * z - y * y)
-        _store_directions(sine, cosine, i, roll)
+        put(roll, i, _directions(sine, cosine))
         if angular_velocity is not None:
             p, q, r = vectors(angular_velocity, i, _THREE)
             across = q * sine + r * cosine
             squared = sine * sine + cosine * cosine
-            store(rate, i, p + across * (2.0 * (w * y - z * x)) / squared)
-    for i in range(SIZE * rows, len(roll)):
-        x, y, z, w = orientation[i, 0], orientation[i, 1], orientation[i, 2], orientation[i, 3]
-        sine, cosine = 2.0 * (w * x + y * z), (w * w - x * x) + (z * z - y * y)
-        roll[i] = _direction(sine, cosine)
-        if angular_velocity is not None:
-            across = angular_velocity[i, 1] * sine + angular_velocity[i, 2] * cosine
-            squared = sine * sine + cosine * cosine
-            extra = across * (2.0 * (w * y - z * x)) / squared
-            rate[i] = angular_velocity[i, 0] + extra  # type: ignore[index]
+            put(rate, i, p + across * (2.0 * (w * y - z * x)) / squared)  # type: ignore[arg-type]
 
 
 @entry
@@ -400,12 +406,9 @@ def force_of(force: FloatArray, tilt: FloatArray | None, size: FloatArray | None
     which lets the slack be detected. `motion.threads.transverse` gives the rest of the force. The
     direction is positive to starboard in the case.
     """
-    rows = len(force) // SIZE
-    for i in range(rows):
+    for i in range(-(-len(force) // SIZE)):
         _, y, z = vectors(force, i, _THREE)
         store_forces(y, z, i, tilt, size)
-    for i in range(SIZE * rows, len(force)):
-        _store_upwards(force[i, 1], force[i, 2], i, tilt, size)
 
 
 @entry
@@ -426,8 +429,7 @@ def force_in_plane(
     The thread's plane is upright, or the thread leans freely. The outputs (n', 3) are padded to a
     multiple of eight. The quaternion's norm cancels.
     """
-    rows = len(force) // SIZE
-    for i in range(rows):
+    for i in range(-(-len(force) // SIZE)):
         x, y, z = vectors(force, i, _THREE)
         if upright:
             a, b, c, w = vectors(orientation, i, _FOUR)
@@ -442,10 +444,8 @@ def force_in_plane(
         for row in _THREE:
             store(out, 3 * i + row, interleaved((x, y, z), row))
         if not lowest(tilted) > 0.0:
-            for k in range(SIZE * i, SIZE * i + SIZE):
+            for k in range(SIZE * i, min(SIZE * i + SIZE, len(force))):
                 _store_in_plane(orientation, force, k, upright, out)
-    for k in range(SIZE * rows, len(force)):
-        _store_in_plane(orientation, force, k, upright, out)
 
 
 @inlined
@@ -500,32 +500,19 @@ def level_force_of(
 @inlined
 def store_forces(y: Any, z: Any, i: int, tilt: FloatArray | None, size: FloatArray | None) -> None:
     """Write the results of `force_of` for lanes to row i."""
-    if tilt is not None:
-        _store_directions(-y, z, i, tilt)
-    if size is not None:
-        store(size, i, square_root(y * y + z * z))
+    upward, pull = z, square_root(y * y + z * z)
     if lowest(z) < LEAST_UPWARD:
         for r in range(SIZE):
-            _store_upwards(lane(y, r), lane(z, r), SIZE * i + r, tilt, size)
-
-
-@inlined
-def _store_upwards(
-    y: float, z: float, i: int, tilt: FloatArray | None, size: FloatArray | None
-) -> None:
-    """Write the results of `force_of` for one sample."""
-    if z >= LEAST_UPWARD:
-        if tilt is not None:
-            tilt[i] = _direction(-y, z)
-        if size is not None:
-            size[i] = math.sqrt(y * y + z * z)
-        return
-    # continuous with its slope, and at least half of the least
-    upward = 0.5 * LEAST_UPWARD * (1.0 + math.exp(2.0 * (z / LEAST_UPWARD - 1.0)))
+            a, b = lane(y, r), lane(z, r)
+            if b < LEAST_UPWARD:
+                # continuous with its slope, and at least half of the least
+                c = 0.5 * LEAST_UPWARD * (1.0 + math.exp(2.0 * (b / LEAST_UPWARD - 1.0)))
+                upward = with_lane(upward, r, c)
+                pull = with_lane(pull, r, (a * a + b * c) / math.sqrt(a * a + c * c))
     if tilt is not None:
-        tilt[i] = _direction(-y, upward)
+        put(tilt, i, _directions(-y, upward))
     if size is not None:
-        size[i] = (y * y + z * upward) / math.sqrt(y * y + upward * upward)
+        put(size, i, pull)
 
 
 @inlined
@@ -537,36 +524,21 @@ def _arctan(x: Any) -> Any:
     f, square = INVERSE_ODDS, x * x
     fourth = square * square
     even, odd = fma(fourth, f[20], f[18]), fma(fourth, f[19], f[17])
-    even, odd = fma(fourth, even, f[16]), fma(fourth, odd, f[15])
-    even, odd = fma(fourth, even, f[14]), fma(fourth, odd, f[13])
-    even, odd = fma(fourth, even, f[12]), fma(fourth, odd, f[11])
-    even, odd = fma(fourth, even, f[10]), fma(fourth, odd, f[9])
-    even, odd = fma(fourth, even, f[8]), fma(fourth, odd, f[7])
-    even, odd = fma(fourth, even, f[6]), fma(fourth, odd, f[5])
-    even, odd = fma(fourth, even, f[4]), fma(fourth, odd, f[3])
-    even, odd = fma(fourth, even, f[2]), fma(fourth, odd, f[1])
+    for k in (16, 14, 12, 10, 8, 6, 4, 2):
+        even, odd = fma(fourth, even, f[k]), fma(fourth, odd, f[k - 1])
     return fma(x * square, fma(square, even, odd), x)
 
 
 @inlined
-def _direction(sine: float, cosine: float) -> float:
-    """Return the angle of a vector, with the bits of `_store_directions` at moderate angles."""
-    reach = MODERATE * cosine - TINY
-    if reach - sine < 0.0 or reach + sine < 0.0:
-        return math.atan2(sine, cosine)
-    return _arctan(sine / cosine)
-
-
-@inlined
-def _store_directions(sine: Any, cosine: Any, i: int, angle: FloatArray) -> None:
-    """Write the angles of lanes of vectors to row i, each independent of its neighbours."""
-    store(angle, i, _arctan(sine / cosine))
-    reach = MODERATE * cosine - TINY
+def _directions(sine: Any, cosine: Any) -> Any:
+    """Return the angles of lanes of vectors, each independent of its neighbours."""
+    angle, reach = _arctan(sine / cosine), MODERATE * cosine - TINY
     steep = negative(reach - sine) | negative(reach + sine)
     if steep != 0:
         for r in range(SIZE):
             if steep >> r & 1:
-                angle[SIZE * i + r] = math.atan2(lane(sine, r), lane(cosine, r))
+                angle = with_lane(angle, r, math.atan2(lane(sine, r), lane(cosine, r)))
+    return angle
 
 
 @entry
@@ -575,18 +547,13 @@ def unwrap(angle: FloatArray, turns: int, last_angle: float) -> tuple[int, float
 
     Angles are in [−π, π]. `turns` and `last_angle` belong to the previous angle.
     """
-    narrow, offset, reach = abs(last_angle) < 0.5 * math.pi, 2.0 * math.pi * turns, splat(0.0)
-    rows = len(angle) // SIZE
-    for i in range(rows):
-        reach = larger(reach, row_of(angle, i))
-    for i in range(SIZE * rows, len(angle)):
-        narrow &= abs(angle[i]) < 0.5 * math.pi
-    if narrow and largest(reach) < 0.5 * math.pi and len(angle):
-        last_angle = angle[-1]
-        for i in range(rows):
-            store(angle, i, row_of(angle, i) + offset)
-        for i in range(SIZE * rows, len(angle)):
-            angle[i] += offset
+    count, reach = -(-len(angle) // SIZE), splat(0.0)
+    for i in range(count):
+        reach = larger(reach, eight(angle, i))
+    if len(angle) and max(abs(last_angle), largest(reach)) < 0.5 * math.pi:
+        last_angle, offset = angle[-1], 2.0 * math.pi * turns
+        for i in range(count):
+            put(angle, i, eight(angle, i) + offset)
         return turns, last_angle
     for i in range(len(angle)):
         now = angle[i] if angle[i] > -math.pi else math.pi

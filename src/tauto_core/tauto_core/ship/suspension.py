@@ -15,7 +15,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tauto_core.curves.numerics import root_of
 from tauto_core.kernels import entry
 from tauto_core.motion import smooth_tolerance
 from tauto_core.motion.forcing import beyond_small_angles, lifted_off
@@ -134,38 +133,6 @@ def pressing_rate(case: HungCase, motion: CaseMotion, force: BearingForce) -> Fl
     return np.asarray(rate)
 
 
-def _steepest(
-    case: HungCase, bearing: BearingMotion, theta: float, phi: float, rates: tuple[float, float]
-) -> float:
-    """Return an upper bound of |dP/dt| in a batch, from the largest |θ|, |φ|, |θ̇| and |φ̇|."""
-    e, c, k, gravity = case
-    theta_rate, phi_rate = rates
-    shortest = float(np.min(bearing.length_ns)) * 1e-9
-    sums: list[float] = []
-    for coefficients in (bearing.sway, bearing.lift):
-        value, slope = _largest(coefficients)
-        sums += [float(value), slope / shortest]
-    sway, sway_rate, lift, lift_rate = sums
-    phi_bend = gravity * c / (k * k) * (theta + phi)
-    theta_bend = (sway + gravity * theta + c * phi_bend) / e
-    rate = lift_rate + sway_rate * theta + (lift * theta + sway) * theta_rate
-    rate += 2.0 * (e * theta_rate * theta_bend + c * phi_rate * phi_bend)
-    return rate + c * phi_rate**2 * (theta + phi) * (theta_rate + phi_rate)
-
-
-@entry
-def _largest(coefficients: FloatArray) -> tuple[float, float]:
-    """Return upper bounds of the sizes of polynomials and of their slopes, 0 ≤ x ≤ 1."""
-    value = slope = 0.0
-    for p in range(len(coefficients)):
-        size = steep = 0.0
-        for j in range(coefficients.shape[1]):
-            size += abs(coefficients[p, j])
-            steep += j * abs(coefficients[p, j])
-        value, slope = max(value, size), max(slope, steep)
-    return value, slope
-
-
 def first_loss(ends: FloatArray, slopes: FloatArray) -> tuple[int, float] | None:
     """Return the first interval in which P reaches 0, and the fraction of it, or `None`.
 
@@ -173,58 +140,45 @@ def first_loss(ends: FloatArray, slopes: FloatArray) -> tuple[int, float] | None
     (2, n).
     """
     a, b = ends
-    # a + b₁x + b₂x² + b₃x³
-    b1, second = slopes[0], 3.0 * (b - a) - 2.0 * slopes[0] - slopes[1]
-    third = slopes[0] + slopes[1] - 2.0 * (b - a)
+    # a + b₁x + b₂x² + b₃x³, the highest power first
+    second, third = 3.0 * (b - a) - 2.0 * slopes[0] - slopes[1], slopes.sum(axis=0) - 2.0 * (b - a)
+    cubics = np.stack([third, second, slopes[0], a])
     # a slope at an end adds at most 4/27 of itself to the cubic
     dips = np.maximum(-slopes[0], 0.0) + np.maximum(slopes[1], 0.0)
     low = np.minimum(a, b) - 4.0 / 27.0 * dips
     for stretch in np.flatnonzero(low <= 0.0).tolist():
-        share = _first_root(*(float(part[stretch]) for part in (a, b1, second, third)))
-        if share is not None:
-            return stretch, share
-    return None
-
-
-def _first_root(a: float, b1: float, second: float, third: float) -> float | None:
-    """Return the least x in [0, 1] at which a cubic is 0 or negative, or `None`."""
-
-    def value(x: float) -> float:
-        return a + x * (b1 + x * (second + x * third))
-
-    if a <= 0.0:
-        return 0.0
-    low = 0.0
-    # monotonic between extremes, 3·third·x² + 2·second·x + b₁ = 0
-    twice, thrice = 2.0 * second, 3.0 * third
-    square = twice * twice - 4.0 * thrice * b1
-    extremes: list[float] = []
-    if square >= 0.0:
-        q = -0.5 * (twice + math.copysign(math.sqrt(square), twice))
-        quotients = (q, thrice), (b1, q)
-        extremes = [above / below for above, below in quotients if abs(above) < abs(below)]
-    for place in (*sorted(root for root in extremes if root > 0.0), 1.0):
-        if value(place) <= 0.0:
-            return root_of(value, low, place, 2e-12)
-        low = place
+        if a[stretch] <= 0.0:
+            return stretch, 0.0
+        roots = np.roots(cubics[:, stretch])
+        real = roots.real[np.abs(roots.imag) < 1e-9]
+        shares = real[(real > 0.0) & (real <= 1.0 + 1e-12)]
+        if shares.size:
+            return stretch, min(float(shares.min()), 1.0)
     return None
 
 
 SMALL_ANGLE = 0.5
 """Largest tilt [rad] for the equations of small angles, at which sin differs by 4 %."""
 
+SURELY_PRESSES = 0.5
+"""Contact force over the mass and g beyond which no loss is sought between samples.
+
+A mode that turns by ωh ≤ 1.2 from sample to sample falls between them by at most 1 − cos(½ωh) =
+0.18 of its amplitude. To fall from ½ g to 0 it needs 2.8 g, with which samples are negative.
+"""
+
 
 @entry
 def _feel(
     case: HungCase, motion: CaseMotion, lean: FloatArray, pull: FloatArray
-) -> tuple[float, float, float, float, float]:
+) -> tuple[float, float]:
     """Fill direction and size of the specific force at the clock (`samples.HungImu`).
 
-    Return the least N/M on an axle, and the largest |θ|, |φ|, |θ̇| and |φ̇|. Outputs are padded to
+    Return the least N/M on an axle, and the largest of |θ| and |φ|. Outputs are padded to
     a multiple of eight. Each sample is computed by itself.
     """
     n, press = len(motion.phi), math.inf
-    widest, farthest, fast, faster = splat(0.0), splat(0.0), splat(0.0), splat(0.0)
+    widest = splat(0.0)
     for i in range(len(lean) // SIZE):
         theta, phi = eight(motion.theta, i), eight(motion.phi, i)
         rates = eight(motion.theta_rate, i), eight(motion.phi_rate, i)
@@ -239,15 +193,14 @@ def _feel(
             else:
                 for r in range(n - SIZE * i):
                     press = min(press, lane(contact, r))
-            widest, farthest = larger(widest, theta), larger(farthest, phi)
-            fast, faster = larger(fast, rates[0]), larger(faster, rates[1])
+            widest = larger(larger(widest, theta), phi)
         else:
             sine, versine = sine_versine(phi)
             cosine = 1.0 - versine
             y = sway * cosine + lift * sine + case.c * eight(motion.phi_bend, i)
             z = lift * cosine - sway * sine + case.c * (rates[1] * rates[1])
         store_forces(y, z, i, lean, pull)
-    return press, largest(widest), largest(farthest), largest(fast), largest(faster)
+    return press, largest(widest)
 
 
 class BearingBuffer(MotionBuffer):
@@ -388,7 +341,7 @@ class Suspension(Stateful):
         case = self._swing.advance(bearing)
         n, stamps = len(case.phi), bearing.end_ns
         lean, pull = np.empty((2, -(-n // SIZE) * SIZE))
-        press, *widest = _feel(self._case, case, lean, pull)
+        press, widest = _feel(self._case, case, lean, pull)
         if case.phi_bend is None and self._large:
             if not press > 0.0:  # at a sample. The propagator checks between samples
                 lost = pressing(self._case, case, case.sway, case.lift) <= 0.0
@@ -403,18 +356,16 @@ class Suspension(Stateful):
         return HungImu(stamps + origin_ns, *columns)
 
     def _check_small(
-        self, case: CaseMotion, bearing: BearingMotion, press: float, widest: list[float]
+        self, case: CaseMotion, bearing: BearingMotion, press: float, widest: float
     ) -> None:
         """Refuse a case that lifts off or swings too wide, also between samples.
 
         The interval between two batches is checked with the later one. `press` is the least
-        contact force, `widest` has the largest angles and rates.
+        contact force, `widest` the largest angle.
         """
         last_row, self._last = self._last, np.array([column[-1] for column in case[:4]])
-        theta, phi, *rates = np.maximum(np.abs(last_row), widest).tolist()
-        longest = float(np.max(bearing.length_ns / bearing.parts)) * 1e-9
-        presses = press > 2.0 * longest * _steepest(self._case, bearing, theta, phi, rates)
-        if presses and max(widest[:2]) <= SMALL_ANGLE:
+        presses = press > SURELY_PRESSES * self._case.gravity
+        if presses and widest <= SMALL_ANGLE:
             return
         at_begin = case._replace(
             **{

@@ -69,10 +69,6 @@ class SuspensionKind(Kind):
         """Return the law that moves the case. Imports kernels."""
         raise NotImplementedError
 
-    def wider(self, frequency: float, gravity: float) -> float:
-        """Return the gyration_radius that gives the fast mode a frequency [rad/s], or inf."""
-        raise NotImplementedError
-
     def problems(self, *, still: bool) -> Iterator[Problem]:
         """Yield the contradictions between its keys, for a ship that is `still` or moves."""
         below = -self.depth or self.gyration_radius
@@ -156,11 +152,6 @@ class AxleSuspension(SuspensionKind):
 
         shape = self.link, self.depth, self.gyration_radius, gravity
         return AxleSwing(*shape, tolerance=tolerance) if self.large_angles else AxleModes(*shape)
-
-    def wider(self, frequency: float, gravity: float) -> float:
-        """Return the gyration_radius that gives the fast mode a frequency [rad/s], or inf."""
-        b, c, e = gravity / frequency**2, self.depth, self.link
-        return math.sqrt(c * b * (c + e - b) / (e - b)) if b < e else math.inf
 
     def problems(self, *, still: bool) -> Iterator[Problem]:
         """Yield the contradictions between its keys."""
@@ -257,11 +248,6 @@ class GimbalsSuspension(SuspensionKind):
             friction=square * math.sin(self.friction_angle),
             tolerance=tolerance,
         )
-
-    def wider(self, frequency: float, gravity: float) -> float:
-        """Return the gyration_radius that gives the swing a frequency [rad/s], or inf."""
-        square = gravity * self.depth / frequency**2 - self.depth**2
-        return math.sqrt(square) if square > 0.0 else math.inf
 
     def problems(self, *, still: bool) -> Iterator[Problem]:
         """Yield the contradictions between its keys."""
