@@ -14,7 +14,7 @@ import re
 import textwrap
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
@@ -29,8 +29,8 @@ from tauto_core.ensembles.answers import (
     answers_of,
     sizes_nmi,
 )
-from tauto_core.ensembles.rows import Store
-from tauto_core.ensembles.trials import COLUMNS, Choice, Trial, TriedClock
+from tauto_core.ensembles.rows import Row, read_rows
+from tauto_core.ensembles.trials import Choice, Trial, TriedClock
 from tauto_core.plots.ensembles import draw_trial
 from tauto_core.scene.loader import read_mapping
 from tauto_core.ship.logbook import read_passages
@@ -58,9 +58,6 @@ SAID = {
 }
 
 
-Row: TypeAlias = dict[str, Any]
-
-
 def read_trial(folder: Path, logs: str) -> tuple[Trial, list[Row], int]:
     """Return a trial with the rows in a folder, and how many passages of its log-book are judged.
 
@@ -68,9 +65,7 @@ def read_trial(folder: Path, logs: str) -> tuple[Trial, list[Row], int]:
     """
     file = folder / 'fleet.yaml'
     identity = read_mapping(file.read_text('utf-8'), str(file))
-    store = Store(folder, identity, COLUMNS)
-    with store.opened():
-        rows = list(store.rows)
+    rows = read_rows(folder)
     sensed = {row['clock'] for row in rows if row['sensed_error_nmi'] is not None}
     clocks = tuple(
         TriedClock(content['name'], content['name'], content, SHAKEN * (content['name'] in sensed))

@@ -169,12 +169,12 @@ REFUSALS = {
     ),
     'fleet ideal --ships 0 --out rows': (
         '--ships 0: ',
-        'must be between 1 and 1,000,000. ',
+        'must be between 1 and 100,000. ',
         'Use for example 200',
     ),
     'fleet ideal --ships 1000001': (
         '--ships 1000001: ',
-        'must be between 1 and 1,000,000. ',
+        'must be between 1 and 100,000. ',
         'Use for example 200',
     ),
     'fleet ideal --jobs 0 --out rows': ('--jobs 0: ', 'must be at least 1. ', 'Use for example 2'),

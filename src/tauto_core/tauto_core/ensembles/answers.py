@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from tauto_core.ensembles.rows import Rows, has_arrived
+from tauto_core.ensembles.rows import has_arrived
 from tauto_core.ensembles.trials import Trial, ocean_of_passage, season_of
 from tauto_core.navigation.longitude import AWARDS, LEAST_UNCHECKED_DAYS
 from tauto_core.results import drawn_by
@@ -147,9 +147,9 @@ class Answers:
 
 def statistics_of(rows: Sequence[dict[str, Any]], drawn: Iterable[str] = ()) -> Answers:
     """Return the statistics of a fleet from at least one row and its drawn keys."""
-    arrived = Rows(filter(has_arrived, rows))
-    errors = {name: np.array(arrived.column(key)) for name, key in ERRORS.items()}
-    unchecked = arrived.column('unchecked_days')
+    arrived = list(filter(has_arrived, rows))
+    errors = {name: np.array([row[key] for row in arrived]) for name, key in ERRORS.items()}
+    unchecked = [row['unchecked_days'] for row in arrived]
     judged = bool(unchecked) and min(unchecked) >= LEAST_UNCHECKED_DAYS
     stopped = sum(row['stopped_s'] is not None for row in rows)
     failures = failures_of(rows) + Counter({'the clock stopped': stopped})

@@ -429,7 +429,7 @@ def _sailed(
     plan = Voyages(sail_job, [(k, *item) for k, item in enumerate(cases.items())], case_of)
     report = None if progress is None else lambda count: progress(count / len(cases))
     rows = sail(plan, jobs, None, report)
-    return dict(zip(cases, map(np.array, rows.column('per_s')), strict=True))
+    return {case: np.array(row['per_s']) for case, row in zip(cases, rows, strict=True)}
 
 
 def _sigma(rates: FloatArray) -> float | None:

@@ -22,7 +22,7 @@ from tauto_core import voyage
 from tauto_core.checks.cost import work_s
 from tauto_core.checks.readiness import check_known, check_scene
 from tauto_core.ensembles.answers import Answers, statistics_of
-from tauto_core.ensembles.rows import ENDED, FIGURE_TYPES, Columns, Rows, Voyages, figures_of, sail
+from tauto_core.ensembles.rows import ENDED, FIGURE_TYPES, Columns, Row, Voyages, figures_of, sail
 from tauto_core.ensembles.workers import versions
 from tauto_core.results import drawn_by
 from tauto_core.scene import Scene, scene_yaml
@@ -200,7 +200,7 @@ def _wrong(text: str) -> PydanticCustomError:
     return PydanticCustomError('draw', '{said}', {'said': text})
 
 
-MOST_SHIPS = 1_000_000
+MOST_SHIPS = 100_000
 
 CHECKED_FIRST = 2_000
 """Number of scenes that are checked before the start, at 2 ms each."""
@@ -378,7 +378,7 @@ class Fleet:
     """A fleet that has sailed: rows of `sail_ship`, sorted by ship, and their statistics."""
 
     plan: Plan
-    rows: Rows
+    rows: list[Row]
     answers: Answers
 
     def __repr__(self) -> str:

@@ -20,18 +20,15 @@ cannot sail always ends it.
 
 from __future__ import annotations
 
+import json
 import math
-import shutil
-import time
 import warnings
-from array import array
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, closing, contextmanager, nullcontext
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, field
+from operator import itemgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar, overload
-
-import numpy as np
+from typing import Any, Generic, TypeAlias, TypeVar
 
 from tauto_core.ensembles.workers import Task, WorkerError, jobs_for, run_each
 from tauto_core.files import DRAFTS, one_writer, write_whole
@@ -46,249 +43,141 @@ from tauto_core.scene.errors import (
 from tauto_core.scene.loader import read_mapping, write_mapping
 from tauto_core.wording import counted
 
-if TYPE_CHECKING:
-    import pyarrow as pa
-
-
+Row: TypeAlias = dict[str, Any]
 Columns: TypeAlias = Mapping[str, type]
 """Names of columns with the type of their values, `list` for a list of numbers."""
 
-
-class Rows(Sequence[dict[str, Any]]):
-    """Rows with the same names, kept by columns.
-
-    A number takes 8 bytes: a million ships take 250 MB, their mappings would take 2 GB. Numbers
-    are finite or `None`. Indexing makes a new mapping.
-    """
-
-    def __init__(self, rows: Iterable[Mapping[str, Any]] = ()) -> None:
-        self._columns: dict[str, array[float] | list[Any]] = {}
-        self._count = 0
-        self.extend(rows)
-
-    def extend(self, rows: Iterable[Mapping[str, Any]]) -> None:
-        """Add rows. A row with other names than the earlier rows is a ValueError."""
-        for row in rows:
-            if not self._count:
-                self._columns = {name: array('d') for name in row}
-            elif row.keys() != self._columns.keys():
-                raise ValueError(f'a row of {list(row)}, after rows of {list(self._columns)}')
-            for name, value in row.items():
-                column = self._columns[name]
-                if isinstance(column, array):
-                    if value is None or isinstance(value, float):
-                        column.append(math.nan if value is None else value)
-                        continue
-                    column = self._columns[name] = [_told(number) for number in column]
-                column.append(value)
-            self._count += 1
-
-    def column(self, name: str) -> list[Any]:
-        """Return the values of a column, an empty list if there are no rows."""
-        return [_told(value) for value in self._columns.get(name, ())]
-
-    def sort(self) -> None:
-        """Sort the rows by ship."""
-        if not self._count:
-            return
-        order = np.argsort(np.array(self._columns['ship'], np.int64), kind='stable').tolist()
-        for name, column in self._columns.items():
-            values = [column[place] for place in order]
-            self._columns[name] = array('d', values) if isinstance(column, array) else values
-
-    def table(self, columns: Columns) -> pa.Table:
-        """Return these columns as an Arrow table."""
-        import pyarrow as pa
-
-        integer, number = pa.int64(), pa.float64()
-        kinds = {int: integer, float: number, str: pa.string(), bool: pa.bool_()}
-        kinds[list] = pa.list_(number)
-        arrays = {}
-        for name, kind in columns.items():
-            column = self._columns.get(name, [])
-            is_array = isinstance(column, array)
-            values = np.array(column) if is_array else column
-            arrays[name] = pa.array(values, kinds[kind], from_pandas=is_array)
-        return pa.table(arrays)
-
-    def __len__(self) -> int:
-        return self._count
-
-    @overload
-    def __getitem__(self, place: int) -> dict[str, Any]: ...
-    @overload
-    def __getitem__(self, place: slice) -> list[dict[str, Any]]: ...
-    def __getitem__(self, place: int | slice) -> dict[str, Any] | list[dict[str, Any]]:
-        if isinstance(place, slice):
-            return [self[index] for index in range(self._count)[place]]
-        return {name: _told(column[place]) for name, column in self._columns.items()}
-
-    def __iter__(self) -> Iterator[dict[str, Any]]:
-        for values in zip(*self._columns.values(), strict=True):
-            yield dict(zip(self._columns, map(_told, values), strict=True))
-
-
-def _told(value: Any) -> Any:
-    return None if value != value else value  # noqa: PLR0124 - NaN stands for None in a column
-
-
 # -----------------------------------------------------------------------------
-# The rows of a fleet on disk, in Parquet files. An interrupted fleet can go on.
+# The rows of a fleet on disk, in a Parquet file. An interrupted fleet can go on.
 #
-# `fleet.yaml` identifies the fleet, `ships.parquet` has its rows. Under way the rows are in small
-# files in `ships/`, written atomically and joined at the end. A killed fleet loses the rows of
-# its last second. Only one process writes to the folder.
+# `fleet.yaml` identifies the fleet, `ships.parquet` has its rows. Under way each voyage adds a
+# line of JSON to `ships.jsonl`, which is joined with the earlier rows at the end. Only one process
+# writes to the folder.
 
-EVERY_S = 1.0
-"""Interval at which rows are written while ships finish."""
-
-_AT_ONCE = 4096
-"""Number of rows that are converted to mappings at a time."""
-
-_SAYS, _TABLE, _PARTS, _LOCK = 'fleet.yaml', 'ships.parquet', 'ships', '.lock'
+_SAYS, _TABLE, _LOG, _LOCK = 'fleet.yaml', 'ships.parquet', 'ships.jsonl', '.lock'
 
 
 class FleetError(TautoError):
     """The rows of a fleet cannot be read or written."""
 
 
-def need_parquet() -> None:
-    """Refuse an option that needs Parquet files if pyarrow is not installed (UsageError)."""
-    try:
-        import pyarrow.parquet  # noqa: F401
-    except ImportError:
-        raise UsageError(
-            Argument('out'),
-            f': needs pyarrow, which is not installed. Run {install("fleet")}, or leave out ',
-            Argument('out'),
-        ) from None
+@contextmanager
+def stored(
+    folder: Path, identity: Mapping[str, Any], columns: Columns
+) -> Generator[tuple[list[Row], Callable[[list[Row]], None]]]:
+    """Lock a folder, and yield its rows and a function that adds the rows of a voyage.
 
-
-class Store:
-    """The rows of one fleet in a folder.
+    Without an error all rows are joined in one Parquet file, sorted by ship.
 
     Args:
         folder: made if it does not exist.
         identity: everything that determines the rows, except their number.
         columns: columns of the rows.
 
-    Attributes:
-        rows: the stored rows, sorted by ship, from `opened` on.
-
     Raises:
         UsageError: the folder has other contents or another fleet, or another process writes to
-            it (when it is opened).
-        FleetError: its contents cannot be read.
+            it, or pyarrow is not installed.
+        FleetError: it cannot be read or written.
     """
-
-    def __init__(self, folder: Path, identity: Mapping[str, Any], columns: Columns) -> None:
-        need_parquet()
-        self._folder, self._identity, self._columns = folder, identity, columns
-        self._waiting = Rows()
-        self._written_s = time.monotonic()
-        self.rows = Rows()
-
-    @contextmanager
-    def opened(self) -> Iterator[None]:
-        """Lock the folder, write the identity and read the rows. It is made if need be."""
-        parts = self._folder / _PARTS
-        self._check_folder()
-        with ExitStack() as stack:
-            with _saying(self._folder):
-                self._folder.mkdir(parents=True, exist_ok=True)
-                try:
-                    stack.enter_context(one_writer(self._folder / _LOCK))
-                except BlockingIOError:
-                    raise UsageError(
-                        Argument('out', self._folder),
-                        ': another process sails a fleet into it. Wait until it ends, or name '
-                        'another folder',
-                    ) from None
-            self._check_folder()  # another fleet may have started here
-            self.rows = Rows(self._read())
-            self.rows.sort()
-            with _saying(self._folder):
-                write_whole(self._folder / _SAYS, write_mapping(dict(self._identity)).encode())
-                parts.mkdir(exist_ok=True)
-                for drafts in (self._folder.glob(DRAFTS), parts.glob(DRAFTS)):
-                    for draft in drafts:  # of a killed process
-                        draft.unlink()
-            yield
-
-    def add(self, rows: Iterable[dict[str, Any]]) -> None:
-        """Take rows that were made together. They are written at once or within `EVERY_S`."""
-        self._waiting.extend(rows)
-        if time.monotonic() >= self._written_s + EVERY_S:
-            self.flush()
-
-    def flush(self) -> None:
-        """Write the rows in memory."""
-        if not self._waiting:
-            return
-        number = int(self._waiting[0]['ship'])
-        self._write(self._waiting, self._folder / _PARTS / f'{number:07d}.parquet')
-        self.rows.extend(self._waiting)
-        self._waiting, self._written_s = Rows(), time.monotonic()
-
-    def close(self) -> None:
-        """Join all rows in one file, sorted by ship."""
-        self.flush()
-        self.rows.sort()
-        self._write(self.rows, self._folder / _TABLE)
-        with _saying(self._folder):
-            shutil.rmtree(self._folder / _PARTS)
-
-    def _check_folder(self) -> None:
-        folder, says = self._folder, self._folder / _SAYS
-        if not folder.exists():
-            return
-        if not folder.is_dir():
-            raise UsageError(Argument('out', folder), ': is a file. Name a folder')
-        if not says.exists():
-            # a fleet that was killed at its start leaves only these
-            if any(not file.match(DRAFTS) for file in folder.iterdir() if file.name != _LOCK):
-                why = ': holds something else. Name a new folder'
-                raise UsageError(Argument('out', folder), why)
-            return
+    try:
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+    except ImportError:
+        raise UsageError(
+            Argument('out'),
+            f': needs pyarrow, which is not installed. Run {install("fleet")}, or leave out ',
+            Argument('out'),
+        ) from None
+    _check_folder(folder, identity)
+    with ExitStack() as stack:
         with _saying(folder):
-            stored = read_mapping(says.read_text('utf-8'), str(says))
-        ours = read_mapping(write_mapping(dict(self._identity)), 'ours')
-        names = [key for key in ours if stored.get(key) != ours[key]]
-        if names:
-            raise UsageError(
-                Argument('out', folder),
-                f': holds another fleet; {", ".join(names)} differ. Name a new folder, or give '
-                'the same scene and draws, in the same versions, to go on',
-            )
-
-    def _read(self) -> Iterable[dict[str, Any]]:
-        import pyarrow as pa
-        import pyarrow.parquet as pq
-
-        ships: set[int] = set()
-        for file in (self._folder / _TABLE, *sorted((self._folder / _PARTS).glob('*.parquet'))):
-            if not file.exists():
-                continue
+            folder.mkdir(parents=True, exist_ok=True)
             try:
-                table = pq.read_table(file)
-            except (OSError, pa.ArrowException) as error:
-                raise FleetError(
-                    f'{file}: cannot be read ({error}). Remove it to sail its ships again'
+                stack.enter_context(one_writer(folder / _LOCK))
+            except BlockingIOError:
+                raise UsageError(
+                    Argument('out', folder),
+                    ': another process sails a fleet into it. Wait until it ends, or name '
+                    'another folder',
                 ) from None
-            for batch in table.to_batches(_AT_ONCE):
-                for row in batch.to_pylist():
-                    if row['ship'] not in ships:
-                        ships.add(row['ship'])
-                        yield row
+        _check_folder(folder, identity)  # another fleet may have started here
+        rows = read_rows(folder)
+        with _saying(folder):
+            write_whole(folder / _SAYS, write_mapping(dict(identity)).encode())
+            for draft in folder.glob(DRAFTS):  # of a killed process
+                draft.unlink()
+            log = stack.enter_context((folder / _LOG).open('ab'))
+            log.truncate(_whole(folder / _LOG))
 
-    def _write(self, rows: Rows, file: Path) -> None:
-        import pyarrow as pa
-        import pyarrow.parquet as pq
+        def add(new: list[Row]) -> None:
+            with _saying(folder):
+                log.write(json.dumps(new, allow_nan=False).encode() + b'\n')
+                log.flush()
+            rows.extend(new)
 
+        yield rows, add
+        rows.sort(key=itemgetter('ship'))
+        number = pa.float64()
+        kinds = {int: pa.int64(), float: number, str: pa.string(), bool: pa.bool_()}
+        kinds[list] = pa.list_(number)
+        schema = pa.schema([(name, kinds[kind]) for name, kind in columns.items()])
         buffer = pa.BufferOutputStream()
-        pq.write_table(rows.table(self._columns), buffer)
-        with _saying(self._folder):
-            write_whole(file, buffer.getvalue())
+        pq.write_table(pa.Table.from_pylist(rows, schema), buffer)
+        with _saying(folder):
+            write_whole(folder / _TABLE, buffer.getvalue())
+            (folder / _LOG).unlink()
+
+
+def read_rows(folder: Path) -> list[Row]:
+    """Return the rows in the folder of a fleet, sorted by ship. FleetError if they are damaged."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    table, log = folder / _TABLE, folder / _LOG
+    file, rows = table, list[Row]()
+    try:
+        if table.exists():
+            rows += pq.read_table(table).to_pylist()
+        file = log
+        if log.exists():
+            for line in log.read_bytes()[: _whole(log)].splitlines():
+                rows += json.loads(line)
+    except (OSError, ValueError, pa.ArrowException) as error:
+        raise FleetError(
+            f'{file}: cannot be read ({error}). Remove it to sail its ships again'
+        ) from None
+    # a process that was killed at its end leaves both files
+    by_ship = {row['ship']: row for row in rows}
+    return [by_ship[ship] for ship in sorted(by_ship)]
+
+
+def _whole(log: Path) -> int:
+    """Return the length of a file up to the end of its last whole line."""
+    return log.read_bytes().rfind(b'\n') + 1
+
+
+def _check_folder(folder: Path, identity: Mapping[str, Any]) -> None:
+    says = folder / _SAYS
+    if not folder.exists():
+        return
+    if not folder.is_dir():
+        raise UsageError(Argument('out', folder), ': is a file. Name a folder')
+    if not says.exists():
+        # a fleet that was killed at its start leaves only these
+        if any(not file.match(DRAFTS) for file in folder.iterdir() if file.name != _LOCK):
+            why = ': holds something else. Name a new folder'
+            raise UsageError(Argument('out', folder), why)
+        return
+    with _saying(folder):
+        stored_identity = read_mapping(says.read_text('utf-8'), str(says))
+    ours = read_mapping(write_mapping(dict(identity)), 'ours')
+    names = [key for key in ours if stored_identity.get(key) != ours[key]]
+    if names:
+        raise UsageError(
+            Argument('out', folder),
+            f': holds another fleet; {", ".join(names)} differ. Name a new folder, or give '
+            'the same scene and draws, in the same versions, to go on',
+        )
 
 
 @contextmanager
@@ -339,9 +228,7 @@ Only `run_s` differs when a run is repeated.
 """
 
 
-def figures_of(
-    report: Mapping[str, Any], ended: BaseException | None, run_s: float
-) -> dict[str, Any]:
+def figures_of(report: Mapping[str, Any], ended: BaseException | None, run_s: float) -> Row:
     """Return FIGURES and ENDED from the result of a voyage. Missing figures are `None`."""
     return {
         **{name: report.get(section, {}).get(key) for name, (section, key) in FIGURES.items()},
@@ -374,7 +261,7 @@ class Voyages(Generic[Voyage]):
         identity: everything that determines the rows, except their number.
     """
 
-    task: Task[Voyage, list[dict[str, Any]]]
+    task: Task[Voyage, list[Row]]
     voyages: Sequence[Voyage]
     called: Callable[[Voyage], str]
     cost_s: Callable[[Voyage], float] = lambda _: math.inf
@@ -389,8 +276,8 @@ def sail(
     jobs: int,
     out: Path | None = None,
     progress: Callable[[float], None] | None = None,
-) -> Rows:
-    """Sail a plan, or the rest of it, and return all rows sorted by `ship`.
+) -> list[Row]:
+    """Sail a plan, or the rest of it, and return its rows sorted by `ship`.
 
     Args:
         jobs: processes at once.
@@ -403,37 +290,37 @@ def sail(
         SceneError: a scene cannot sail.
         WorkerError: no process can be started, or voyages were lost with their process.
     """
-    store = None if out is None else Store(out, plan.identity, plan.columns)
-    clocks, voyages = plan.clocks, plan.voyages
-    with nullcontext() if store is None else store.opened():
-        rows = Rows() if store is None else store.rows
-        keep = rows.extend if store is None else store.add
-        stored = {ship // clocks for ship in rows.column('ship')}
-        pending = [item for item in voyages if not stored or plan.number(item) not in stored]
-        total, lost = clocks * len(voyages), list[str]()
-        came_in = total - clocks * len(pending)
+    with ExitStack() as stack:
+        rows = list[Row]()
+        keep: Callable[[list[Row]], None] = rows.extend
+        if out is not None:
+            rows, keep = stack.enter_context(stored(out, plan.identity, plan.columns))
+        numbers = {row['ship'] // plan.clocks for row in rows}
+        pending = [item for item in plan.voyages if not rows or plan.number(item) not in numbers]
+        total, lost = plan.clocks * len(plan.voyages), list[str]()
+        came_in = total - plan.clocks * len(pending)
 
         def tell(share: float) -> None:
             if progress is not None:
-                progress(total - clocks * len(pending) * (1.0 - share))
+                progress(total - plan.clocks * len(pending) * (1.0 - share))
 
         # all voyages, not only the pending ones: a continued run uses as many processes
-        works_s = [plan.cost_s(item) for item in pending[:1]] * len(voyages)
+        works_s = [plan.cost_s(item) for item in pending[:1]] * len(plan.voyages)
         jobs = jobs_for(works_s, jobs) if pending else 1
         try:
             with closing(run_each(plan.task, pending, jobs, tell)) as ended:
                 for run in ended:
                     if run.result is not None:
-                        came_in += clocks
+                        came_in += plan.clocks
                         keep(run.result)
                         continue
                     error, is_lost = run.error, isinstance(run.error, WorkerError)
-                    if isinstance(error, SceneError) or (store is None and not is_lost):
+                    if isinstance(error, SceneError) or (out is None and not is_lost):
                         assert error is not None
                         raise error
                     why = str(error) or type(error).__name__
                     lost.append(f'{plan.called(pending[run.place])}: {why}')
-                    if store is None:
+                    if out is None:
                         break
                     warnings.warn(f'{lost[-1]}. It is lost', TautoWarning, stacklevel=2)
             if lost:
@@ -446,17 +333,10 @@ def sail(
             tally = f'. {came_in:,} of {counted(total, "ship")} came in: '
             advice = (
                 ('with ', Argument('out'), ' they would be kept, and the same command would sail ')
-                if store is None
+                if out is None
                 else ('they are kept, and the same command sails ',)
             )
             raise WorkerError(error.message, tally, *advice, 'the others') from None
-        finally:
-            if store is not None:
-                store.flush()
-        if store is not None:
-            store.close()
-    rows.sort()
-    if store is not None and len(rows) > total:
-        numbers = set(map(plan.number, voyages))
-        return Rows(row for row in rows if row['ship'] // clocks in numbers)
-    return rows
+    numbers = set(map(plan.number, plan.voyages))
+    asked = [row for row in rows if out is None or row['ship'] // plan.clocks in numbers]
+    return sorted(asked, key=itemgetter('ship'))
