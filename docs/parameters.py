@@ -21,10 +21,10 @@ def _spelled(value: ParameterValue) -> str:
 _HEAD = """# Parameters of the nodes
 
 `make docs` makes this page from `tauto_nodes/live/parameters.py`. Unknown names, wrong types and
-values out of range stop a node at its start, with the reason. Nodes share the section `/**` of a
-parameter file: it may hold names of other nodes, and a name that no node has causes a warning.
-Write a double with its point: `speed:=2.0`. Also accepted are `use_sim_time` and, for the topics
-of the node, `qos_overrides.<topic>.<publisher|subscription>.<history|depth|reliability>`.
+values out of range stop a node at its start, with the reason. Nodes may share a file: the names
+of other nodes are ignored. Write a double with its point: `speed:=2.0`. Also accepted are
+`use_sim_time` and, for the topics of the node,
+`qos_overrides.<topic>.<publisher|subscription>.<history|depth|reliability>`.
 """
 
 _COLUMNS = ('type', 'default', 'unit', 'allowed', 'at run time', 'meaning')

@@ -142,9 +142,9 @@ def test_a_bag_is_decompressed_and_its_scene_decoded_once(
     read: list[bytes] = []
     decoded: list[str] = []
 
-    def records(chunk: bytes, **given: bool) -> tuple[bytes, bool]:
+    def records(chunk: bytes) -> bytes:
         read.append(chunk)
-        return chunk_records(chunk, **given)
+        return chunk_records(chunk)
 
     def decode(ros_type: str, *args: Any) -> Samples:
         decoded.append(ros_type)

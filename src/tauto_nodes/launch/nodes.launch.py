@@ -18,7 +18,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import yaml
 from launch import LaunchDescription
 from launch.actions import LogInfo, OpaqueFunction, SetEnvironmentVariable, Shutdown
 from launch_ros.actions import Node
@@ -108,13 +107,6 @@ def _ended(name: str, given: dict[str, str]) -> Callable[[Any, Any], list[Any]]:
         if given['kind'] == 'live' and code not in (0, REFUSED):
             return [LogInfo(msg=f'node {name} ended with exit code {code}: it is started again')]
         if given['kind'] == 'voyage' and name == 'recorder' and code == 0:
-            told = yaml.safe_load((Path(given['out']) / 'metadata.yaml').read_text('utf-8'))
-            held = told['rosbag2_bagfile_information'].get('custom_data') or {}
-            if str(held.get('cut_short')).lower() == 'true':
-                raise RuntimeError(
-                    f'node {name} was stopped before the voyage was over. {given["out"]} holds '
-                    'the voyage until then, marked cut_short'
-                )
             return [Shutdown(reason='the voyage is over')]
         raise RuntimeError(f'node {name} ended with exit code {code} before its time')
 

@@ -11,9 +11,8 @@ import secrets
 import sys
 import time
 from collections.abc import Iterable, Mapping
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, cast
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -28,7 +27,7 @@ from tauto_core.scene.errors import TautoError, UsageError, spelled
 from tauto_nodes import ParameterError, as_parameter
 
 if TYPE_CHECKING:
-    from tauto_core.bags import Bag
+    pass
 
 # -----------------------------------------------------------------------------
 # `tauto graph` and `tauto play`. The command line loads them from the group `tauto.commands`.
@@ -134,37 +133,11 @@ def graph(
         raise typer.Exit(1)
 
 
-def _playable(path: Path, rate: float, topics: list[str]) -> Bag:
-    """Return the bag. Refuse a rate or topics that cannot be played, by the command's options."""
-    from tauto_core.bags import read_bag
-    from tauto_nodes.live.parameters import PARAMETERS
-    from tauto_nodes.live.player import ports_of
-
-    known = {parameter.name: parameter for parameter in PARAMETERS['player']}
-    low, high = known['rate'].low, known['rate'].high
-    if not low <= rate <= high:  # also true for NaN
-        raise UsageError(f'--rate {rate:g}: must lie between {low:g} and {high:g}. Use 1 or 10')
-    bag = read_bag(path)
-    has = ', '.join(bag.topics)
-    each: list[tuple[str, ...]] = [(topic,) for topic in topics]
-    for asked in each or [cast(tuple[str, ...], known['topics'].default)]:
-        try:
-            ports_of(bag, asked)
-        except ParameterError:
-            said = (
-                f'--topic {asked[0]}: is not in {path}. Name one of'
-                if topics
-                else (f'{path}: has no topic that drives the graph. Name topics with --topic')
-            )
-            raise UsageError(f'{said} {has}') from None
-    return bag
-
-
 def play(
     bag: Annotated[Path, typer.Argument(metavar='BAG', help='A rosbag2 folder or an .mcap file.')],
     *,
     rate: Annotated[
-        float, typer.Option(metavar='X', help='Seconds of the bag in a second.')
+        float, typer.Option(metavar='X', min=1e-3, max=1e6, help='Seconds of the bag in a second.')
     ] = 1.0,
     topic: Annotated[
         list[str] | None,
@@ -179,11 +152,12 @@ def play(
     ] = False,
 ) -> None:
     """Play a bag into a ROS 2 graph, in the domain that the environment names."""
+    from tauto_core.bags import read_bag
     from tauto_core.cli.terminal import say
     from tauto_nodes.live import run_nodes
     from tauto_nodes.live.player import PlayerNode
 
-    opened = _playable(bag, rate, topic or [])
+    read_bag(bag)
     arguments = ['--ros-args', '-r', f'__ns:=/{_namespace(namespace)}']
     values: dict[str, Any] = {'bag': str(bag), 'rate': float(rate), 'publish_clock': publish_clock}
     if topic:
@@ -191,7 +165,7 @@ def play(
     for name, value in values.items():
         arguments += ['-p', f'{name}:={json.dumps(value)}']
     say(f'{bag}: plays when each topic has a subscriber, after two seconds anyway')
-    if code := run_nodes((partial(PlayerNode, bag=opened),), arguments):
+    if code := run_nodes((PlayerNode,), arguments):
         raise typer.Exit(code)
 
 
@@ -201,56 +175,49 @@ def play(
 # `ros2 launch` runs in the system's Python, which may lack the nodes' packages, so the launch
 # files ask this program, which runs in the Python of the nodes.
 
-# arguments that are parameters of the same name, with a node that has them
-_ROLES = {
-    'speed': 'ship_motion',
-    'duration': 'ship_motion',
-    'imu_reliability': 'trochlea',
-    'executor': 'trochlea',
-}
+_NUMBERS = ('speed', 'duration')
+_FLAGS = ('force', 'anyway', 'publish_clock', 'use_sim_time', 'markers')
 
 
-def problems_of(given: Mapping[str, str]) -> list[str]:
-    """Return the problems of the arguments of a launch, in words."""
+def nodes_of(kind: str, given: Mapping[str, str]) -> dict[str, dict[str, object]]:
+    """Return the parameters of the nodes of a launch by executable, for the arguments `given`.
+
+    TautoError: an argument is refused.
+    """
     from tauto_nodes.live.parameters import PARAMETERS
 
-    problems = []
-    for name, role in _ROLES.items():
-        if (text := given.get(name)) is None:
-            continue
-        parameter = next(parameter for parameter in PARAMETERS[role] if parameter.name == name)
-        value: object = text
-        if isinstance(parameter.default, float):
-            try:
-                value = float(text)
-            except ValueError:
-                value = math.nan
-        if problem := parameter.problem(value):
-            problems.append(problem.replace(' = nan', f' := {text}'))
+    values: dict[str, Any] = dict(given)
+    for name, text in given.items():
+        try:
+            if name in _FLAGS:
+                values[name] = {'true': True, 'false': False}[text.lower()]
+            elif name in _NUMBERS:
+                values[name] = float(text)
+        except (KeyError, ValueError):
+            what = 'true or false' if name in _FLAGS else 'a number'
+            raise ParameterError(f'{name} := {text}: must be {what}') from None
+    duration = values.get('duration')
+    scene = load_scene(given['scene'], **({'duration': duration} if duration else {}))
+    if not values['anyway']:
+        check_known(scene)
+    check_scene(scene)
     if not Path(given['params_file']).is_file():
-        problems.append(f'params_file := {given["params_file"]}: there is no such file')
-    names = ('force', 'anyway', 'publish_clock', 'use_sim_time', 'markers')
-    flags = {name: given.get(name, 'false').lower() for name in names}
-    for name, flag in flags.items():
-        if flag not in ('true', 'false'):
-            problems.append(f'{name} := {given[name]}: must be true or false')
+        raise ParameterError(f'params_file := {given["params_file"]}: there is no such file')
+    nodes = live_nodes(values) if kind == 'live' else voyage_nodes(values)
+    problems = [
+        problem
+        for role, held in nodes.items()
+        for parameter in PARAMETERS[role]
+        if parameter.name in held and (problem := parameter.problem(held[parameter.name]))
+    ]
     if problems:
-        return problems
-    duration = float(given.get('duration', '0'))
-    try:
-        scene = load_scene(given['scene'], **({'duration': duration} if duration else {}))
-        if flags['anyway'] == 'false':
-            check_known(scene)
-        check_scene(scene)
-        if given['out']:
-            check_folder(Path(given['out']), force=flags['force'] == 'true')
-    except TautoError as error:
-        return [spelled(error.message, as_parameter)]
-    nowhere = not given['out'] and 'speed' in given
-    return ['out :=: must name the folder of the bag'] if nowhere else []
+        raise ParameterError('; '.join(dict.fromkeys(problems)))
+    if given['out']:
+        check_folder(Path(given['out']), force=values.get('force', False))
+    return nodes
 
 
-def state_folder(given: Mapping[str, str]) -> str:
+def state_folder(given: Mapping[str, Any]) -> str:
     """Return the folder of the states: that given, or by default one for the scene.
 
     A dial may only continue the same clock, so each scene has its own folder.
@@ -283,28 +250,29 @@ def strangers_of(typed: Iterable[str], known: Iterable[str]) -> list[str]:
 # The parameters of the nodes of each kind of launch, by executable.
 
 
-def voyage_nodes(given: Mapping[str, str]) -> dict[str, dict[str, object]]:
+def voyage_nodes(given: Mapping[str, Any]) -> dict[str, dict[str, object]]:
     """Return the nodes of voyage.launch.py."""
-    common = {'scene': given['scene'], 'duration': float(given['duration']), 'packed': True}
-    bag = {'output': str(Path(given['out']).absolute()), 'force': _is_true(given['force'])}
-    pace = {'speed': float(given['speed']), 'publish_clock': _is_true(given['publish_clock'])}
+    common = {key: given[key] for key in ('scene', 'duration', 'executor')} | {'packed': True}
+    bag = given['out'] and str(Path(given['out']).absolute())
+    pace = {key: given[key] for key in ('speed', 'publish_clock')}
     nodes: dict[str, dict[str, object]] = {
-        'recorder': {**common, **bag},
+        'recorder': {**common, 'output': bag, 'force': given['force']},
         'longitude': {**common},
         'drift_estimator': {**common},
         'trochlea': {**common},
         'ship_motion': {**common, **pace},
     }
-    if _is_true(given['markers']):
-        nodes['markers'] = {'scene': given['scene']}
+    if given['markers']:
+        nodes['markers'] = {'scene': given['scene'], 'executor': given['executor']}
     return nodes
 
 
-def live_nodes(given: Mapping[str, str]) -> dict[str, dict[str, object]]:
+def live_nodes(given: Mapping[str, Any]) -> dict[str, dict[str, object]]:
     """Return the nodes of live.launch.py."""
     sensor = {'imu_reliability': given['imu_reliability']}
     mounted = {**sensor, 'imu_rotation': given['imu_rotation']}
-    stage = {'scene': given['scene'], 'state_folder': state_folder(given)}
+    own = {'scene': given['scene'], 'executor': given['executor']}
+    stage = {**own, 'state_folder': state_folder(given)}
     nodes: dict[str, dict[str, object]] = {
         'longitude': {**stage},
         'drift_estimator': {**stage, **mounted},
@@ -319,15 +287,11 @@ def live_nodes(given: Mapping[str, str]) -> dict[str, dict[str, object]]:
             'executor': 'single',  # it alone reports when a message was sent
             **sensor,
         }
-    if _is_true(given['markers']):
-        nodes['markers'] = {'scene': given['scene'], **sensor}
-    if _is_true(given['use_sim_time']):
+    if given['markers']:
+        nodes['markers'] = {**own, **sensor}
+    if given['use_sim_time']:
         nodes = {name: {**held, 'use_sim_time': True} for name, held in nodes.items()}
     return nodes
-
-
-def _is_true(flag: str) -> bool:
-    return flag.lower() == 'true'
 
 
 def launch_plan() -> None:
@@ -338,33 +302,28 @@ def launch_plan() -> None:
     of the `nodes`, their `environment` and the `remappings`.
     """
     from tauto_nodes.live import SUPERVISOR, check_discovery, local_discovery, remove_left
-    from tauto_nodes.live.parameters import check_executor, write_parameters
+    from tauto_nodes.live.parameters import write_parameters
 
     asked = json.load(sys.stdin)
     given, folder = asked['given'], Path(asked['folder'])
     remove_left(folder.parent)
-    live = asked['kind'] == 'live'
     try:
-        if problems := [*strangers_of(asked['typed'], given), *problems_of(given)]:
-            raise ParameterError('; '.join(problems))
-        check_executor(given['executor'])
+        if strangers := strangers_of(asked['typed'], given):
+            raise ParameterError('; '.join(strangers))
         check_discovery()
+        nodes = nodes_of(asked['kind'], given)
         environment = {SUPERVISOR: str(asked['supervisor'])}
-        if live:
+        if asked['kind'] == 'live':
             environment |= local_discovery()
-            nodes = live_nodes(given)
         else:
             from tauto_nodes.simulation import graph_middleware
             from tauto_nodes.simulation.credits import RUN
 
             environment |= graph_middleware() | {RUN: secrets.token_hex()}
-            nodes = voyage_nodes(given)
     except TautoError as error:
         sys.stderr.write(spelled(error.message, as_parameter) + '\n')
         sys.exit(ParameterError.exit_code)
-    executor = {'executor': given['executor']}
-    whole = {name: {**executor, **held} for name, held in nodes.items()}
-    write_parameters(folder, given['namespace'], whole)
+    write_parameters(folder, given['namespace'], nodes)
     named = {SHIP_IMU: 'imu', OBSERVATION: 'observation', SHIP_FIX: 'fix'}
     remappings = {
         topic: given[name] for topic, name in named.items() if given.get(name, topic) != topic

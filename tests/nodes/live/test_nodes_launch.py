@@ -155,7 +155,7 @@ def at_sea(folder: Path, *arguments: str) -> Iterator[Launch]:
 @pytest.mark.parametrize(
     ('file', 'wrong', 'said'),
     [
-        ('voyage', 'speed:=abc', 'speed := abc: must lie in'),
+        ('voyage', 'speed:=abc', 'speed := abc: must be a number'),
         ('voyage', 'sped:=5.0', 'sped: no such argument. The nearest is speed'),
         ('live', 'scene:=no_such', 'no_such: there is no such file or built-in scene'),
     ],
@@ -196,13 +196,12 @@ def test_a_parameter_file_of_ones_own(tmp_path: Path) -> None:
     own = tmp_path / 'own.yaml'
     own.write_text(
         '/**:\n  ros__parameters:\n    flow_control: credits\n'
-        f'    graph: [{", ".join(NODES)}]\n    of_another_node: 3\n'
+        f'    graph: [{", ".join(NODES)}]\n'
         '/recorder:\n  ros__parameters: {compression: none}\n'
     )
     given = ('speed:=0.0', 'duration:=60.0', 'out:=bag', f'params_file:={own}')
     with launched(tmp_path, 'voyage.launch.py', *given) as launch:
         assert launch.code() == 0, launch.said()
-        assert 'of_another_node: no node has this parameter' in launch.said()
     assert b'zstd' not in next((tmp_path / 'bag').glob('*.mcap')).read_bytes()
 
 

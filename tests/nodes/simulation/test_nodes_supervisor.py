@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import signal
 import subprocess
 import sys
 from pathlib import Path
 
-import pytest
-
-from tauto_nodes.simulation import supervisor as graph
 from tauto_nodes.simulation.supervisor import Child, Supervisor
 
 WORDS = """\
@@ -36,49 +32,3 @@ def test_warnings_are_printed_once_without_time_and_colour(tmp_path: Path) -> No
         '[ERROR] [longitude]: no fix',
     )
     assert '\x1b' not in children[0].said()
-
-
-# Actions of a node after SIGTERM, for twice the allowed standstill, and at its end.
-ENDINGS = {
-    'writes': ('time.sleep(0.05); note("x")', False),
-    'waits for its turn': ('run(0.02); time.sleep(0.1)', False),
-    'stands': ('time.sleep(0.05)', True),
-    'runs in a circle': ('run(0.05)', True),
-}
-
-
-@pytest.mark.parametrize('name', ENDINGS)
-def test_a_node_that_gets_on_with_its_end_is_not_killed(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(graph, 'TERM_S', 1.0)
-    does, is_killed = ENDINGS[name]
-    code = f"""
-import signal, threading, time
-def note(word):
-    with open({str(tmp_path / 'wrote')!r}, 'a') as file:
-        file.write(word)
-def run(for_s):
-    since_s = time.thread_time()
-    while time.thread_time() < since_s + for_s:
-        pass
-came = []
-signal.signal(signal.SIGTERM, lambda *_: came.append(1))
-threading.Thread(target=lambda: [time.sleep(0.02) for _ in iter(int, 1)], daemon=True).start()
-print('ready', flush=True)
-while not came:
-    time.sleep(0.01)
-end_s = time.monotonic() + 2.0
-while time.monotonic() < end_s or {is_killed}:
-    {does}
-"""
-    process = subprocess.Popen(
-        [sys.executable, '-c', code], stdout=subprocess.PIPE, start_new_session=True
-    )
-    assert process.stdout is not None
-    process.stdout.readline()
-    child = Child(name, process, tmp_path / 'log')
-    killed = Supervisor(tmp_path, {}, [child]).stop()
-    process.stdout.close()
-    assert killed == ([child] if is_killed else [])
-    assert process.returncode == (-signal.SIGABRT if is_killed else 0)

@@ -6,8 +6,6 @@ message object, so a payload in the graph is the payload in the bag.
 
 from __future__ import annotations
 
-import difflib
-import sys
 import time
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -22,14 +20,13 @@ from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock
 from rclpy.clock_type import ClockType
 from rclpy.duration import Duration
-from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
+from rclpy.event_handler import SubscriptionEventCallbacks
 from rclpy.node import Node
 from rclpy.qos import (
     QoSDurabilityPolicy,
     QoSHistoryPolicy,
     QoSProfile,
     QoSReliabilityPolicy,
-    qos_policy_name_from_kind,
 )
 from rclpy.qos_overriding_options import InvalidQosOverridesError, QoSOverridingOptions
 
@@ -38,9 +35,8 @@ from tauto_core.bags import TOPICS, decode
 from tauto_core.navigation import ESTIMATE_NAMES
 from tauto_core.samples import OBSERVATION, SCENE, SHIP_FIX, SLACK, Samples
 from tauto_core.scene.errors import BagError
-from tauto_core.scene.times import NS_PER_S
 from tauto_nodes import NodesError, ParameterError
-from tauto_nodes.live.parameters import QOS_PREFIX, declare, overrides_of, shared_names, take_raw
+from tauto_nodes.live.parameters import QOS_PREFIX, declare, overrides_of, take_raw
 
 # -----------------------------------------------------------------------------
 # Ports: publishers and subscriptions for serialised messages, their quality of service and state.
@@ -123,26 +119,6 @@ def overriding(controlled: bool) -> QoSOverridingOptions:
     return QoSOverridingOptions.with_default_policies(callback=check)
 
 
-def refuse_unknown_qos(node: Node) -> None:
-    """Check that each `qos_overrides` key belongs to a publisher or subscription of this node.
-
-    Call it when these exist: rclpy declares the keys of each, and ignores all others. A
-    ParameterError names an unknown key, and the nearest known one.
-    """
-    asked = [name for name in overrides_of(node) if name.startswith(QOS_PREFIX)]
-    shared = shared_names(node.get_fully_qualified_name(), sys.argv)
-    known = list(node.get_parameters_by_prefix(QOS_PREFIX.rstrip('.')))
-    problems = []
-    for name in asked:
-        if node.has_parameter(name) or name in shared:
-            continue
-        nearest = difflib.get_close_matches(name.removeprefix(QOS_PREFIX), known, 1, 0.0)
-        there = f'the nearest is {QOS_PREFIX}{nearest[0]}' if nearest else 'which has none'
-        problems.append(f'{name}: is not of a publisher or subscription of this node, {there}')
-    if problems:
-        raise ParameterError(f'{node.get_fully_qualified_name()}: ' + '; '.join(problems))
-
-
 class Times(NamedTuple):
     """When a message was received and sent [ns], by the clock of the system."""
 
@@ -163,14 +139,12 @@ class Input:
     """State of one subscription.
 
     Attributes:
-        type_name: type of its messages.
         is_shared: whether many publish there, and silence is normal.
         is_signed: whether messages name their graph.
         last_s: time of the last message or new publisher [s].
         times: times of the `pending` messages, if the node keeps them.
     """
 
-    type_name: str
     is_shared: bool = False
     is_signed: bool = False
     subscription: Any = None
@@ -190,7 +164,6 @@ class Output:
     publisher: Any
     sent: int = 0
     matched: int = 0
-    incompatible: int = 0
     queue: deque[bytes] = field(default_factory=deque)
 
     @property
@@ -224,10 +197,6 @@ def node_of(info: Any) -> str:
 # or has wrong names or NaN neither ends a node nor hides its neighbours in a batch.
 
 
-FRAME_NS = 10 * NS_PER_S
-"""Time after which a new frame is accepted, if messages have no other: a driver's restart."""
-
-
 def short(said: object, write: Callable[[object], str] = repr) -> str:
     """Return a part of a message in at most 80 characters, for logs and /diagnostics."""
     return text if len(text := write(said)) <= 80 else f'{text[:79]}…'
@@ -236,15 +205,13 @@ def short(said: object, write: Callable[[object], str] = repr) -> str:
 class Intake:
     """Decodes the messages of one topic of the table.
 
-    `note` is called with a reason and its description for each ignored message. Messages in a new
-    frame are ignored, with a text in `trouble`, until all have had it for `FRAME_NS`.
+    `note` is called with a reason and its description for each ignored message. The first message
+    decides about the frame and the names of the others.
     """
 
     def __init__(self, topic: str, note: Callable[[str, str], None]) -> None:
         self._topic, self._note = topic, note
         self._kind: tuple[str, tuple[str, ...], tuple[int, ...]] | None = None
-        self._other: tuple[str, int] | None = None
-        self.trouble = ''
         # Names with which the scalars must begin. For other topics the first message decides.
         self._required = ESTIMATE_NAMES if topic == s.ESTIMATE else None
 
@@ -256,7 +223,6 @@ class Intake:
         try:
             whole = self._decoded(payloads)
             if not any(self._faults(whole)):
-                self._other, self.trouble = None, ''
                 return whole, list(payloads)
         except BagError:
             pass  # one by one it is found which of them cannot be decoded
@@ -265,10 +231,6 @@ class Intake:
             try:
                 sample = self._decoded([payload])
                 fault = next(self._faults(sample), None)
-                if fault is not None and fault[0] == 'other_frame':
-                    fault = self._waited(sample, fault)
-                elif fault is None:
-                    self._other, self.trouble = None, ''
             except BagError as error:
                 fault = 'undecodable', short(error, str)
             if fault is None:
@@ -278,18 +240,6 @@ class Intake:
         if not good:
             return None, []
         return s.join([cast(s.TimeSamples, one) for one, _ in good]), [raw for _, raw in good]
-
-    def _waited(self, sample: Any, fault: tuple[str, str]) -> tuple[str, str] | None:
-        """Return the fault of a message in another frame, `None` once it is accepted."""
-        frame, stamp_ns = sample.frame_id, int(sample.stamp_ns[0])
-        if self._other is None or self._other[0] != frame:
-            self._other = frame, stamp_ns
-        if stamp_ns - self._other[1] >= FRAME_NS:
-            self._kind = self._other = None
-            self.trouble = ''
-            return next(self._faults(sample), None)
-        self.trouble = f'{self._topic}: {fault[1]}. Such messages are ignored'
-        return fault
 
     def _decoded(self, payloads: Sequence[bytes]) -> s.Samples:
         samples = decode(self._topic, payloads, np.zeros(len(payloads), np.int64))
@@ -317,7 +267,8 @@ class Intake:
             self._kind = samples.frame_id, names, widths
         frame, first_names, first_widths = self._kind
         if frame != samples.frame_id:
-            yield 'other_frame', f'frame {short(samples.frame_id)}, not {short(frame)} as before'
+            words = f'frame {short(samples.frame_id)}, not {short(frame)} as before'
+            yield 'other_frame', f'{words}. After a change of the sensor start the node again'
         if first_names != names:
             yield 'other_names', f'names {short(names)}, not {short(first_names)} as before'
         if first_widths != widths:
@@ -407,9 +358,8 @@ class GraphNode(Node):
 
     def health(self) -> dict[str, int]:
         """Return counters of refused messages and bridged gaps."""
-        ports: list[tuple[str, Input | Output]] = [*self.inputs.items(), *self.outputs.items()]
-        clashes = {f'{topic} incompatible_qos': p.incompatible for topic, p in ports}
-        return {**self._left_aside, **{name: n for name, n in clashes.items() if n}}
+        clashes = {t: source.incompatible for t, source in self.inputs.items()}
+        return self._left_aside | {f'{t} incompatible_qos': n for t, n in clashes.items() if n}
 
     def waits_on_shutdown(self) -> bool:
         """Whether the node, after a request to stop, waits for messages of others."""
@@ -418,7 +368,7 @@ class GraphNode(Node):
     @property
     def trouble(self) -> str:
         """The fault that stops the node at present, or an empty text."""
-        return '; '.join(intake.trouble for intake in self._intakes.values() if intake.trouble)
+        return ''
 
     @property
     def notices(self) -> list[str]:
@@ -427,15 +377,11 @@ class GraphNode(Node):
 
     # Faults of messages.
 
-    def intake(self, topic: str) -> Intake:
-        """Return the decoder of the messages of a topic."""
-        if topic not in self._intakes:
-            self._intakes[topic] = Intake(topic, partial(self.note, topic))
-        return self._intakes[topic]
-
     def decoded(self, topic: str, raw: Sequence[bytes]) -> tuple[Samples | None, list[bytes]]:
         """Return the samples of the usable messages, and these. Only they end a silence."""
-        samples, good = self.intake(topic).samples(raw)
+        if topic not in self._intakes:
+            self._intakes[topic] = Intake(topic, partial(self.note, topic))
+        samples, good = self._intakes[topic].samples(raw)
         if samples is not None:
             self.inputs[topic].last_s = time.monotonic()
         return samples, good
@@ -486,7 +432,7 @@ class GraphNode(Node):
         """Create the ports and begin to tick.
 
         NodesError: the graph's names do not hold the node. ParameterError: QoS overrides that do
-        not go with flow control, or of no port.
+        not go with flow control.
         """
         if self.settings.credits:
             # by name: a boat does not import the simulation
@@ -494,12 +440,23 @@ class GraphNode(Node):
             self.flow = control(self, [p.name for p in inputs], [p.name for p in outputs])
         try:
             for port in outputs:
-                self._publish_on(port)
+                publisher = self.create_publisher(
+                    port.message,
+                    port.name,
+                    port.profile,
+                    qos_overriding_options=overriding(self.settings.credits),
+                )
+                self.outputs[port.name] = (
+                    Output(publisher) if self.flow is None else self.flow.output(port, publisher)
+                )
             for port in inputs:
                 self.listen_to(port)
         except InvalidQosOverridesError as error:
             raise ParameterError(f'{self.get_fully_qualified_name()}: {error}') from error
-        refuse_unknown_qos(self)
+        for name in overrides_of(self):  # rclpy declares those of its ports, and ignores others
+            if name.startswith(QOS_PREFIX) and not self.has_parameter(name):
+                has = ', '.join(self.get_parameters_by_prefix(QOS_PREFIX.rstrip('.')))
+                self.get_logger().warning(f'{name}: is of no port of this node. It has {has}')
         if self.paces:
             every_s = TICK_S
         else:
@@ -509,27 +466,9 @@ class GraphNode(Node):
             self._soon.cancel()
         self.create_timer(every_s, self.guard(self._tick), clock=self.steady)
 
-    def _publish_on(self, port: TopicPort) -> None:
-        def offers_too_little(info: Any) -> None:
-            output.incompatible = info.total_count
-            self.get_logger().warning(
-                f'{port.name}: a subscriber asks for more than this node offers '
-                f'({qos_policy_name_from_kind(info.last_policy_kind)}) and gets no messages'
-            )
-
-        publisher = self.create_publisher(
-            port.message,
-            port.name,
-            port.profile,
-            event_callbacks=PublisherEventCallbacks(incompatible_qos=offers_too_little),
-            qos_overriding_options=overriding(self.settings.credits),
-        )
-        output = Output(publisher) if self.flow is None else self.flow.output(port, publisher)
-        self.outputs[port.name] = output
-
     def listen_to(self, port: TopicPort, *, is_shared: bool = False) -> Any:
         """Create a subscription with its state in `inputs`. Return it."""
-        source = self.inputs[port.name] = Input(type_name(port.message), is_shared)
+        source = self.inputs[port.name] = Input(is_shared)
         if self.flow is not None and self.flow.listen_to(port, source):
             return source.subscription
         drains = self.settings['executor'] == 'single'
@@ -581,28 +520,13 @@ class GraphNode(Node):
         for output in self.outputs.values():
             output.look()
 
-    def publishers_of(self, topic: str) -> list[Any]:
-        """Return the descriptions of the publishers on an input's topic."""
-        name: str = self.inputs[topic].subscription.topic_name
-        return list(self.get_publishers_info_by_topic(name))
-
-    def sources_of(self, topic: str) -> list[str]:
-        """Return the names of the nodes with publishers of an input's topic and type."""
-        wanted = self.inputs[topic].type_name
-        infos = self.publishers_of(topic)
-        return sorted(node_of(info) for info in infos if info.topic_type == wanted)
-
-    def misfits(self, topic: str) -> list[str]:
-        """Return a text for each publisher of another type on an input's topic."""
-        wanted = self.inputs[topic].type_name
-        return sorted(
-            f'{node_of(info)} sends {info.topic_type}'
-            for info in self.publishers_of(topic)
-            if info.topic_type != wanted
-        )
+    def sources_of(self, topic: str) -> str:
+        """Return the names of the nodes that publish on an input's topic."""
+        name = self.inputs[topic].subscription.topic_name
+        return ', '.join(sorted(map(node_of, self.get_publishers_info_by_topic(name))))
 
     def _several_sources(self, topic: str) -> None:
-        words = f'{topic}: more than one publisher ({", ".join(self.sources_of(topic))})'
+        words = f'{topic}: more than one publisher ({self.sources_of(topic)})'
         if self.flow is None:
             self.get_logger().warning(f'{words}. Their messages are mixed. Stop all but one')
         else:
@@ -747,15 +671,9 @@ def _findings(node: GraphNode, now_s: float, risen: dict[str, int]) -> Iterator[
     if words and now_s - alarmed_s <= RECENT_S:
         yield error, words
     yield from _missing(node, now_s)
-    for stranger in node.flow.foreign_publishers() if node.flow is not None else ():
-        yield warn, stranger
     for topic, source in node.inputs.items():
         if source.matched > 1 and not source.is_shared:
-            yield warn, f'several publishers on {topic}: {", ".join(node.sources_of(topic))}'
-    name = node.get_fully_qualified_name()
-    others = node.get_node_names_and_namespaces()
-    if (number := sum(f'{place.rstrip("/")}/{one}' == name for one, place in others)) > 1:
-        yield warn, f'{number} nodes are named {name}'
+            yield warn, f'several publishers on {topic}: {node.sources_of(topic)}'
     for notice in node.notices:
         yield warn, notice
     if risen:
@@ -772,16 +690,8 @@ def _missing(node: GraphNode, now_s: float) -> Iterator[Finding]:
         # A recorder takes any topics, and a stage does not need the optional ones.
         needed = [t for t in lonely if t not in OPTIONAL and not node.inputs[t].is_shared]
         lonely = needed if node.outputs or len(lonely) == len(node.inputs) else []
-    misfits = {topic: node.misfits(topic) for topic in lonely}
-    if unsent := [topic for topic, others in misfits.items() if not others]:
-        yield DiagnosticStatus.WARN, f'no publisher on {", ".join(unsent)}'
-    for topic, others in misfits.items():
-        if others:
-            wanted = node.inputs[topic].type_name
-            yield (
-                DiagnosticStatus.WARN,
-                f'no publisher of {wanted} on {topic}: {", ".join(others)}. Let one send {wanted}',
-            )
+    if lonely:
+        yield DiagnosticStatus.WARN, f'no publisher on {", ".join(lonely)}'
     limit_s = node.settings['stale_after']
     if silent := [
         topic

@@ -5,12 +5,10 @@ from __future__ import annotations
 import difflib
 import math
 import os
-import re
 import sys
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
-from itertools import pairwise
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, TypeAlias
@@ -22,7 +20,6 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 from rclpy.subscription import Subscription
 
-from tauto_core.files import read_yaml
 from tauto_core.scene import Scene, load_scene, shipped_scenes
 from tauto_nodes import ParameterError
 
@@ -153,40 +150,6 @@ def write_parameters(
     return file
 
 
-def shared_names(node: str, arguments: Sequence[str]) -> frozenset[str]:
-    """Return the names in the section `/**` of the files that no section for this node sets.
-
-    Parameters that the command line sets (`-p`) are not among them, even if files set them.
-    `node` is the fully qualified name, `arguments` the command line that names the files.
-    """
-    shared: set[str] = set()
-    own = {word.partition(':=')[0] for word in arguments if ':=' in word}
-    for word, file in pairwise(arguments):
-        if word != '--params-file':
-            continue
-        # ROS has checked the files by now.
-        content = read_yaml(Path(file).read_text('utf-8'), any_key=True)
-        for section, held in (content or {}).items():
-            names = set(_flat(held.get('ros__parameters', {})))
-            if section == '/**':
-                shared |= names
-                continue
-            # In the name of a section `*` is one token, `**` any number of them.
-            tokens = re.escape('/' + section.strip('/'))
-            pattern = tokens.replace(r'\*\*', '.*').replace(r'\*', '[^/]*')
-            if re.fullmatch(pattern.replace('/.*/', '/(.*/)?'), node):
-                own |= names
-    return frozenset(shared - own)
-
-
-def _flat(parameters: Mapping[str, Any], prefix: str = '') -> Iterator[str]:
-    for name, value in parameters.items():
-        if isinstance(value, Mapping):
-            yield from _flat(value, f'{prefix}{name}.')
-        else:
-            yield f'{prefix}{name}'
-
-
 _ROS_TYPES = {
     RosParameter.Type.BOOL: 'bool',
     RosParameter.Type.INTEGER: 'integer',
@@ -275,7 +238,7 @@ _FIX_SPEED = Parameter(
 _CLOCK = Parameter(
     'publish_clock',
     False,
-    'publish /clock, at most 100 times a second. Refused if another node publishes it',
+    'publish /clock, at most 100 times a second',
 )
 _WAIT = Parameter(
     'wait',
@@ -463,18 +426,15 @@ PARAMETERS: dict[str, tuple[Parameter, ...]] = {
 }
 
 
-def _problems(
-    role: str, overrides: Mapping[str, RosParameter], shared: Collection[str]
-) -> Iterable[str]:
+def _problems(role: str, overrides: Mapping[str, RosParameter]) -> Iterable[str]:
     table = {parameter.name: parameter for parameter in PARAMETERS[role]}
+    anywhere = {p.name for parameters in PARAMETERS.values() for p in parameters}.union(_OF_ROS)
     for name, given in overrides.items():
-        if name in _OF_ROS or name.startswith(QOS_PREFIX):
-            continue
-        if name not in table and name in shared:
-            continue
         if name not in table:
-            near = difflib.get_close_matches(name, table, 1, 0.0)[0]
-            yield f'{name}: no such parameter of {role}. The nearest is {near}'
+            # a section /** of a parameter file is for all nodes
+            if name not in anywhere and not name.startswith(QOS_PREFIX):
+                near = difflib.get_close_matches(name, table, 1, 0.0)[0]
+                yield f'{name}: no such parameter of {role}. The nearest is {near}'
             continue
         expected, found = table[name].type, _ROS_TYPES.get(given.type_, given.type_.name.lower())
         if expected == 'double' and found == 'integer':
@@ -494,19 +454,11 @@ def _problems(
 def declare(node: Node, role: str) -> NodeSettings:
     """Declare a node's parameters and return their values.
 
-    Changes at run time are checked against the table. One ParameterError names all unknown
-    parameters (except in the section /** of a file, which other nodes share), wrong types and
-    values out of range.
+    Changes at run time are checked against the table. One ParameterError names all parameters
+    that no node has, wrong types and values out of range. Those of other nodes are ignored.
     """
-    overrides = overrides_of(node)
-    shared = shared_names(node.get_fully_qualified_name(), sys.argv)
-    if problems := list(_problems(role, overrides, shared)):
+    if problems := list(_problems(role, overrides_of(node))):
         raise ParameterError(f'{node.get_fully_qualified_name()}: ' + '; '.join(problems))
-    anywhere = {p.name for parameters in PARAMETERS.values() for p in parameters}.union(_OF_ROS)
-    for name in sorted(shared & overrides.keys() - anywhere):
-        node.get_logger().warning(
-            f'{name}: no node has this parameter of the section /** of a parameter file'
-        )
     table = {parameter.name: parameter for parameter in PARAMETERS[role]}
     for parameter in table.values():
         unit = f' [{parameter.unit}]' if parameter.unit else ''

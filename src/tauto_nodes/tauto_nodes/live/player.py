@@ -17,7 +17,7 @@ from rosgraph_msgs.msg import Clock as ClockMessage
 
 from tauto_core.bags import TOPICS, Bag, read_bag
 from tauto_core.scene.times import NS_PER_S
-from tauto_nodes import NodesError, ParameterError
+from tauto_nodes import ParameterError
 from tauto_nodes.live import main_of
 from tauto_nodes.live.node import (
     MIN_DEPTH,
@@ -25,7 +25,6 @@ from tauto_nodes.live.node import (
     GraphNode,
     TopicPort,
     message_class,
-    node_of,
     port,
 )
 
@@ -41,8 +40,6 @@ echo` and many nodes, then does not overflow."""
 
 PAUSE_S = 1.5e-3
 """Time between two slices [s]: rclpy takes a message in some 0.2 ms."""
-
-CLOCK_TOPIC = '/clock'
 
 
 class SourceNode(GraphNode):
@@ -70,24 +67,9 @@ class SourceNode(GraphNode):
         self.add_post_set_parameters_callback(self._repace)
 
     def start(self, items: Iterator[StampedMessage]) -> None:
-        """Begin with these items once the subscribers are there. The ports must be connected.
-
-        NodesError: another node publishes /clock.
-        """
+        """Begin with these items once the subscribers are there. The ports must be connected."""
         if self.settings['publish_clock']:
-            # Discovery takes a while to hear of another publisher.
-            deadline_s = time.monotonic() + 1.0
-            while time.monotonic() < deadline_s:
-                if others := self.get_publishers_info_by_topic(CLOCK_TOPIC):
-                    raise NodesError(
-                        f'publish_clock = True: {node_of(others[0])} already publishes '
-                        f'{CLOCK_TOPIC}, and time can have one source only. Leave publish_clock '
-                        'out, or stop the other'
-                    )
-                time.sleep(0.02)
-            self._sea_clock = self.create_publisher(
-                ClockMessage, CLOCK_TOPIC, QoSProfile(depth=10)
-            )
+            self._sea_clock = self.create_publisher(ClockMessage, '/clock', QoSProfile(depth=10))
         self._items = items
         self._next = next(items, None)
         self.diagnostics = Diagnostics(self)
@@ -180,14 +162,11 @@ def ports_of(bag: Bag, asked: tuple[str, ...]) -> dict[str, TopicPort]:
 
 
 class PlayerNode(SourceNode):
-    """Publishes a bag's topics under the player's namespace, and ends with the bag.
+    """Publishes a bag's topics under the player's namespace, and ends with the bag."""
 
-    Without an opened `bag` the parameter `bag` names it.
-    """
-
-    def __init__(self, *, bag: Bag | None = None, **node_options: Any) -> None:
+    def __init__(self, **node_options: Any) -> None:
         super().__init__('player', 'rate', **node_options)
-        bag = bag or read_bag(Path(self.settings['bag']))
+        bag = read_bag(Path(self.settings['bag']))
         for warning in bag.warnings:
             self.get_logger().warning(warning)
         ports = ports_of(bag, self.settings['topics'])

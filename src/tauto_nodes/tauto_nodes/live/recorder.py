@@ -12,7 +12,7 @@ import time
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
-from itertools import count, pairwise, repeat
+from itertools import count, repeat
 from operator import itemgetter
 from pathlib import Path
 from typing import Any
@@ -25,7 +25,6 @@ from tauto_core.bags.write import CUT_SHORT, declared_topic
 from tauto_core.samples import TextSamples
 from tauto_core.scene import Scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import BagError, SceneError
-from tauto_core.scene.times import NS_PER_S
 from tauto_core.ship import bag_metadata
 from tauto_nodes import NodesError, ParameterError
 from tauto_nodes.live import main_of
@@ -77,10 +76,6 @@ class RecorderReport:
             return RecorderReport(**json.loads(file.read_text('utf-8')))
         except FileNotFoundError:
             return None
-
-
-MOST_DISORDER_NS = NS_PER_S
-"""Stamps that go back further than this begin a new run of their topic."""
 
 
 ALSO = ('/diagnostics', '/tf_static')
@@ -147,7 +142,6 @@ class RecorderNode(GraphNode):
         )
         self._closed = False
         self._began_s: float | None = None
-        self._newest_ns: dict[str, int] = {}
         # Without flow control a voyage has no end marker: stopping the recorder ends it.
         self._complete = not self.settings.credits
         self._flushed_s = self._told_s = time.monotonic()
@@ -215,8 +209,6 @@ class RecorderNode(GraphNode):
                 if isinstance(samples, TextSamples):
                     pairs = zip(good, map(str, samples.data), strict=True)
                     good = [message for message, text in pairs if self._is_scene(text)]
-                elif samples is not None:
-                    self._see_order(topic, samples.stamp_ns.tolist())
             rows += [(times[id(message)], topic, message) for message in good]
         rows.sort(key=itemgetter(0))
         for (received_ns, sent_ns), topic, message in rows:
@@ -263,14 +255,6 @@ class RecorderNode(GraphNode):
             self._bag.declare(name, declared)
             self.listen_to(TopicPort(name, message, profile), is_shared=True)
 
-    def _see_order(self, topic: str, stamps_ns: list[int]) -> None:
-        """Count and name a jump back of a topic's stamps: the bag then holds two runs of it."""
-        for was_ns, is_ns in pairwise([self._newest_ns.get(topic, 0), *stamps_ns]):
-            if is_ns < was_ns - MOST_DISORDER_NS:
-                words = f'stamps went back by {(was_ns - is_ns) * 1e-9:.6g} s'
-                self.note(topic, 'stamps_went_back', words)
-        self._newest_ns[topic] = stamps_ns[-1]
-
     def lost(self, short: Mapping[str, int]) -> None:
         """Report the loss, also by the exit code, and keep the messages."""
         self.get_logger().error(f'lost on the way: {dict(short)}')
@@ -309,11 +293,7 @@ class RecorderNode(GraphNode):
         had = self.inputs[s.READING].received if self._readings is not None else None
         self._complete = had == self._readings
         if not self._complete:
-            self.exit_code = 1
-            self.get_logger().error(
-                f'{s.READING}: {had} of {self._readings} readings have come: the bag is cut '
-                'short, and says so. Start the voyage again'
-            )
+            self.get_logger().error(f'{had} of {self._readings} readings have come')
         self.close()
         self.over = True
 
@@ -344,8 +324,9 @@ class RecorderNode(GraphNode):
         if any(numbers['lost'] for numbers in counts.values()):
             self.exit_code = 1
         if not self._complete:
-            self.get_logger().warning(
-                'stopped before the end of the voyage. The bag says so (cut_short)'
+            self.exit_code = 1
+            self.get_logger().error(
+                'stopped before the voyage was over. The bag says so (cut_short)'
             )
         self._report_to_file(closed_s)
 

@@ -25,27 +25,6 @@ from tauto_nodes.live import (
     remove_left,
 )
 
-_LOOPBACK = '127.0.0.1'
-
-
-def check_loopback() -> None:
-    """Raise GraphError if a datagram to this machine by the loopback interface does not arrive.
-
-    A graph would wait for its nodes in vain.
-    """
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.settimeout(1.0)
-        try:
-            probe.bind((_LOOPBACK, 0))
-            probe.sendto(b'tauto', probe.getsockname())
-            probe.recv(1)
-        except OSError as error:
-            raise GraphError(
-                f'messages to {_LOOPBACK} do not arrive ({error.strerror or error}), and '
-                'the nodes of a graph need them. Bring the loopback interface up (ip link set '
-                'lo up), or let the network filter pass it'
-            ) from error
-
 
 @dataclass
 class Domain:
@@ -121,7 +100,7 @@ def graph_middleware() -> dict[str, str]:
     """Return the environment that keeps our graph on this machine, with our profile.
 
     A profile, range of discovery, peers or middleware in the environment are kept. The range of
-    `fastdds_loopback.xml` is in the file. GraphError: messages would not arrive.
+    `fastdds_loopback.xml` is in the file.
     """
     given = local_discovery()
     if any(os.environ.get(name) for name in PROFILES):
@@ -130,7 +109,6 @@ def graph_middleware() -> dict[str, str]:
     ranged = os.environ.get(RANGE, '') not in ('', 'LOCALHOST')
     here = not ranged and not os.environ.get('ROS_STATIC_PEERS')
     if here and get_rmw_implementation_identifier().startswith('rmw_fastrtps'):
-        check_loopback()
         profile = 'fastdds_loopback.xml'
         given = {RANGE: 'SYSTEM_DEFAULT', LOCALHOST_ONLY: ''}
     return given | {PROFILES[1]: str(Path(__file__).with_name(profile)), FROM_PROFILE: '1'}

@@ -12,7 +12,7 @@ import json
 import os
 import struct
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from itertools import accumulate, pairwise
 from typing import Any
@@ -20,7 +20,6 @@ from typing import Any
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
 from std_msgs.msg import String, UInt8MultiArray
 
-from tauto_core.bags import TOPICS
 from tauto_nodes import NodesError
 from tauto_nodes.live.node import (
     BATCH,
@@ -29,7 +28,6 @@ from tauto_nodes.live.node import (
     Input,
     Output,
     TopicPort,
-    node_of,
     type_name,
 )
 
@@ -51,13 +49,11 @@ REPEAT_S = 1.0
 batches, so unreported messages do not hold up the sender."""
 
 LOST_AFTER_S = 10.0
-"""Silence after the end markers after which missing messages count as lost [s]."""
+"""Silence after the last reports after which missing messages count as lost [s]."""
 
 CREDIT_TOPIC = '_tauto/credit'
-END_TOPIC = '_tauto/end'
 
 CREDIT_QOS = QoSProfile(depth=100)
-END_QOS = QoSProfile(depth=32, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
 PACK_QOS = QoSProfile(depth=MIN_DEPTH * PACKED_TIMES)
 
 # ----------------------------------------------------------------------------- The messages of the
@@ -69,7 +65,7 @@ MARK = 16
 """Bytes of a mark: the first ones of HMAC-SHA-256 (RFC 2104) over topic and content."""
 
 MOST_TEXT = 65_536
-"""Largest report or end marker that is read [bytes]. Ours have some 500."""
+"""Largest report that is read [bytes]. Ours have some 500."""
 
 _TEXT = struct.Struct('<4sI')
 _LITTLE_ENDIAN = b'\x00\x01\x00\x00'
@@ -85,24 +81,6 @@ def mark(key: bytes, topic: str, content: bytes) -> bytes:
     return hmac.digest(key or b'none', topic.encode() + b'\0' + content, 'sha256')[:MARK]
 
 
-def text_of(key: bytes, topic: str, content: Mapping[str, Any]) -> bytes:
-    """Return a mapping as a serialised message (CDR of std_msgs/String): its JSON and its mark."""
-    text = json.dumps(content).encode()
-    text += b' ' + mark(key, topic, text).hex().encode()
-    return _TEXT.pack(_LITTLE_ENDIAN, len(text) + 1) + text + b'\x00'
-
-
-def content_of(key: bytes, topic: str, octets: bytes) -> Any:
-    """Return the JSON of a message of `text_of` with the same key, or raise ForeignMessageError.
-
-    Invalid or too deep JSON raises one of `_NO_MESSAGE`.
-    """
-    text, _, end = octets[_TEXT.size : MOST_TEXT].partition(b'\x00')[0].rpartition(b' ')
-    if not hmac.compare_digest(end, mark(key, topic, text).hex().encode()):
-        raise ForeignMessageError(f'{text[:80]!r} is not of this graph')
-    return json.loads(text)
-
-
 def _counts(content: Any) -> dict[str, int]:
     """Return the number of messages by topic. ValueError: they are not counts."""
     counts = {str(topic): n for topic, n in content.items()}
@@ -116,8 +94,9 @@ class Report:
     """The report of a node on `_tauto/credit`. The latest one replaces all earlier ones.
 
     It has the messages `taken` so far of each subscribed topic, the topics with a publisher
-    (`matched`), and whether its publishers have all their subscribers (`ready`). The `number`
-    rises from report to report of a node.
+    (`matched`), whether its publishers have all their subscribers (`ready`), and, once the node
+    has sent everything, the messages `sent` of each topic. The `number` rises from report to
+    report of a node.
     """
 
     node: str
@@ -125,10 +104,13 @@ class Report:
     matched: tuple[str, ...] = ()
     ready: bool = False
     number: int = field(default=0, compare=False)
+    sent: dict[str, int] = field(default_factory=dict)
 
     def to_octets(self, key: bytes) -> bytes:
-        """Return the serialised message of a graph."""
-        return text_of(key, CREDIT_TOPIC, vars(self))
+        """Return the serialised message (CDR of std_msgs/String): JSON and the graph's mark."""
+        text = json.dumps(vars(self)).encode()
+        text += b' ' + mark(key, CREDIT_TOPIC, text).hex().encode()
+        return _TEXT.pack(_LITTLE_ENDIAN, len(text) + 1) + text + b'\x00'
 
     @staticmethod
     def from_octets(octets: bytes, key: bytes) -> Report:
@@ -136,44 +118,21 @@ class Report:
 
         ForeignMessageError: it is not of this graph.
         """
+        text, _, end = octets[_TEXT.size : MOST_TEXT].partition(b'\x00')[0].rpartition(b' ')
+        if not hmac.compare_digest(end, mark(key, CREDIT_TOPIC, text).hex().encode()):
+            raise ForeignMessageError(f'{text[:80]!r} is not of this graph')
         try:
-            content = content_of(key, CREDIT_TOPIC, octets)
+            content = json.loads(text)
             return Report(
                 str(content['node']),
                 _counts(content['taken']),
                 tuple(map(str, content['matched'])),
                 bool(content['ready']),
                 int(content['number']),
+                _counts(content['sent']),
             )
         except _NO_MESSAGE:
             raise ForeignMessageError(f'{octets[8:88]!r} is no credit report') from None
-
-
-@dataclass(frozen=True)
-class End:
-    """The end marker of a node on `_tauto/end`: how many messages of each topic it has sent."""
-
-    node: str
-    sent: dict[str, int]
-
-    def to_octets(self, key: bytes) -> bytes:
-        """Return the serialised message of a graph."""
-        return text_of(key, END_TOPIC, vars(self))
-
-    @staticmethod
-    def from_octets(octets: bytes, key: bytes) -> End:
-        """Return the end marker in a message. ForeignMessageError: it is not of this graph.
-
-        The end of a topic counts only from the node that publishes it.
-        """
-        try:
-            content = content_of(key, END_TOPIC, octets)
-            node, sent = str(content['node']), _counts(content['sent'])
-            if not all(TOPICS[topic].node == node for topic in sent):
-                raise ValueError
-            return End(node, sent)
-        except _NO_MESSAGE:
-            raise ForeignMessageError(f'{octets[8:88]!r} is no end marker') from None
 
 
 # -----------------------------------------------------------------------------
@@ -263,16 +222,13 @@ class Packer(Output):
     """State of a publisher that sends packs to the graph, on the topic of a `carrier`.
 
     The topic itself carries single messages for its `watchers`, the number of foreign subscribers.
-    `named` are those warned of a loss. `matched` counts the subscribers within the graph of a
-    `key`.
+    `matched` counts the subscribers within the graph of a `key`.
     """
 
-    owner: Any = None
     port: Any = None
     carrier: Any = None
     key: bytes = b''
     watchers: int = 0
-    named: set[str] = field(default_factory=set)
 
     @property
     def watched(self) -> bool:
@@ -292,19 +248,6 @@ class Packer(Output):
             super().publish(payloads)
         else:
             self.sent += len(payloads)
-        if len(payloads) > 10 and self.watchers:
-            self._name_watchers(len(payloads))
-
-    def _name_watchers(self, count: int) -> None:
-        """Warn once of each foreign subscriber that may lose messages, which are not counted."""
-        infos = self.owner.get_subscriptions_info_by_topic(self.publisher.topic_name)
-        for name in sorted({node_of(info) for info in infos} - self.named):
-            self.named.add(name)
-            self.owner.get_logger().warning(
-                f'{self.port.name}: {name} is not of the graph and gets {count} messages at once. '
-                'Those beyond its queue are lost and not counted. Give it a deeper queue, or let '
-                'the voyage sail at a pace (speed 60)'
-            )
 
 
 class Credits:
@@ -335,24 +278,19 @@ class Credits:
         self.totals: dict[str, int] = {}
         self.heard_s: dict[str, float] = {}
         self.moved_s = time.monotonic()
-        self._ended = False
         self._totals_s: float | None = None
         self._reported_s = 0.0
         self._reported: Report | None = None
         self._credit = owner.create_publisher(String, CREDIT_TOPIC, CREDIT_QOS)
-        self._end = owner.create_publisher(String, END_TOPIC, END_QOS)
-        for topic, hear, qos in (
-            (CREDIT_TOPIC, self._hear, CREDIT_QOS),
-            (END_TOPIC, self._hear_end, END_QOS),
-        ):
-            owner.create_subscription(String, topic, self._heard(topic, hear), qos, raw=True)
+        hear = self._heard(CREDIT_TOPIC, self._hear)
+        owner.create_subscription(String, CREDIT_TOPIC, hear, CREDIT_QOS, raw=True)
 
     def output(self, port: TopicPort, publisher: Any) -> Output:
         """Return the state of a publisher, with packs if the graph has them."""
         if not self._packs:
             return Output(publisher)
         carrier = self._owner.create_publisher(UInt8MultiArray, PACK_TOPIC + port.name, PACK_QOS)
-        return Packer(publisher, owner=self._owner, port=port, carrier=carrier, key=self._key)
+        return Packer(publisher, port=port, carrier=carrier, key=self._key)
 
     def listen_to(self, port: TopicPort, source: Input) -> bool:
         """Subscribe to the packs of a topic. Return whether the graph has packs."""
@@ -367,7 +305,7 @@ class Credits:
                 come = sent + len(payloads)
                 self._owner.received(source, payloads)
 
-            source.type_name, source.is_signed = type_name(UInt8MultiArray), bool(self._key)
+            source.is_signed = bool(self._key)
             source.subscription = self._owner.create_subscription(
                 UInt8MultiArray, name, self._heard(name, take), PACK_QOS, raw=True
             )
@@ -385,26 +323,10 @@ class Credits:
         return len(reports) == len(self._graph) and all(one.ready for one in reports.values())
 
     def turn(self) -> None:
-        """Close the input when all has come, mark the end when all is sent, and report."""
-        owner = self._owner
-        if owner.inputs and not owner.input_over:
+        """Close the input when all has come, and report."""
+        if self._owner.inputs and not self._owner.input_over:
             self._close_input()
-        if owner.outputs and owner.input_over and not owner.backlogged and not self._ended:
-            self._ended = True
-            sent = {topic: output.sent for topic, output in owner.outputs.items()}
-            self._end.publish(End(owner.role, sent).to_octets(self._key))
         self.report()
-
-    def foreign_publishers(self) -> list[str]:
-        """Return the foreign publishers on the outputs of the graph, which ignores them."""
-        own = self._owner.get_fully_qualified_name()
-        return [
-            f'{name} publishes {topic}, too. The graph ignores it'
-            for topic, output in self._owner.outputs.items()
-            if self._packs and self._key
-            for info in self._owner.get_publishers_info_by_topic(output.publisher.topic_name)
-            if (name := node_of(info)) != own
-        ]
 
     def report(self) -> None:
         """Report the taken messages if they are new or the report is due."""
@@ -415,11 +337,14 @@ class Credits:
             owner.waiting = self._waiting()
         matched = tuple(topic for topic, source in owner.inputs.items() if source.matched > 0)
         taken = {topic: source.taken for topic, source in owner.inputs.items()}
+        is_over = owner.input_over and not owner.backlogged
+        sent = {topic: output.sent for topic, output in owner.outputs.items() if is_over}
         number = 1 + (self._reported.number if self._reported is not None else 0)
-        report = Report(self._name, taken, matched, not owner.waiting, number)
+        report = Report(self._name, taken, matched, not owner.waiting, number, sent)
         # A report costs every node time: before it is due it must be news to them.
         since_s, last = now - self._reported_s, self._reported
-        is_news = last is None or (matched, report.ready) != (last.matched, last.ready)
+        said = matched, report.ready, sent
+        is_news = last is None or said != (last.matched, last.ready, last.sent)
         if last is not None and not is_news:
             fresh = [n - last.taken[topic] for topic, n in taken.items()]
             is_news = max(fresh, default=0) >= self.batch
@@ -453,16 +378,13 @@ class Credits:
         if last is not None and report.number <= last.number:
             raise ForeignMessageError('a report comes again')
         self._note(report)
+        self.totals.update(report.sent)
         for topic in owner.outputs:
             owner.pump(topic)
         if not owner.backlogged:
             owner.tick()
-        if any(source.pending for source in owner.inputs.values()):
+        if report.sent or any(source.pending for source in owner.inputs.values()):
             owner.hurry()
-
-    def _hear_end(self, octets: bytes) -> None:
-        self.totals.update(End.from_octets(octets, self._key).sent)
-        self._owner.hurry()
 
     def _waiting(self) -> list[str]:
         """Return the nodes and subscriptions that must come before anything may be sent."""
