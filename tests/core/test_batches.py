@@ -29,7 +29,7 @@ from tauto_core.curves import (
 )
 from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
 from tauto_core.curves.cams.synthesised import PowerTrain, synthesise, synthesised_cam
-from tauto_core.curves.fluid import ActaCurve, Cycloid, Mirrored, SymmetricCurve
+from tauto_core.curves.fluid import ActaCurve, Cycloid, SymmetricCurve
 from tauto_core.curves.lever_geometry import LeverGeometry
 from tauto_core.curves.numerics import gauss_sums, integrate
 from tauto_core.machines import (
@@ -41,6 +41,7 @@ from tauto_core.machines import (
 )
 from tauto_core.machines.axle_pendulum import AxlePendulum, AxleState, SupportMotion
 from tauto_core.machines.compiling import swing_energy
+from tauto_core.machines.half_swings import BothWays
 from tauto_core.motion import axle
 from tauto_core.motion.closed_forms import ActionAngle, Harmonic
 from tauto_core.motion.wells import angles_of
@@ -82,7 +83,6 @@ CURVES = {
     'cycloid': Cycloid(0.3, 0.9, 1.0),
     'symmetric': SymmetricCurve(0.3, 0.9, 1.0),
     'acta': ActaCurve(0.3, 0.9, 1.0, 0.5),
-    'mirrored': Mirrored(FluidTautochrone(2.0, 0.9, 1.0)),
 }
 INVOLUTE_LEVER = LeverGeometry(0.02, 0.1, 0.3)
 CORRECTED_LEVER = CorrectedLeverGeometry(
@@ -202,14 +202,11 @@ def of_synthesis(train):
 
 
 def of_fluids():
-    kappa, curve, symmetric = 0.3, CURVES['euler'], CURVES['symmetric']
-    starts = np.linspace(0.1, 0.8, 8)
-    ends = np.array([fluid_pendulum.far_end(symmetric, start) for start in starts])
-    grid = fluid_pendulum.grid_for(symmetric, starts[-1], ends[-1])
+    kappa, curve = 0.3, CURVES['euler']
+    ways = BothWays(CURVES['symmetric'], 9.81, 0.0, 0.8)
 
     def along(pick, time):
-        row = np.minimum((8 * pick).astype(int), 7)
-        return fluid_pendulum.place(symmetric, 9.81, starts[row], ends[row], time, grid)
+        return ways.place(0.1 + 0.7 * pick, time)
 
     back = partial(fluid_pendulum.reverse_half_swing, kappa, 3.0)
     return {
@@ -229,7 +226,7 @@ def of_fluids():
             numbers=True,
         ),
         'backward': Law(back, (0.01, 20.0), (0.0, 1.0), numbers=True),
-        'by quadrature': Law(along, (0.0, 1.0), (0.0, 1.0)),
+        'by series': Law(along, (0.0, 1.0), (0.0, 1.0)),
         'duration_excess': Law(
             partial(fluid_pendulum.duration_excess, kappa), (1e-3, 9.0), numbers=True
         ),

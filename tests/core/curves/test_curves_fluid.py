@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from tauto_core.curves import Cycloid, FluidTautochrone, SymmetricCurve
 from tauto_core.curves.fluid import (
     ActaCurve,
-    Mirrored,
     abscissa,
     chained,
     coordinates,
@@ -31,7 +30,6 @@ CURVES = [
     Cycloid(0.75, 0.9, 1.0),
     SymmetricCurve(0.75, 0.9, 1.0),
     ActaCurve(0.4, 0.9, 0.6, 0.3),
-    Mirrored(OIL),
 ]
 # few roundings in each form
 ROUNDING = 4e-15

@@ -15,9 +15,15 @@ from tauto_core.curves.branches import (
     ThroughPoints,
     joined_companion,
 )
-from tauto_core.curves.fluid import Cycloid, FluidTautochrone
+from tauto_core.curves.fluid import Cycloid, FluidTautochrone, SymmetricCurve
 from tauto_core.machines import FluidPendulum, compile_machine
-from tauto_core.machines.fluid_pendulum import composed_length, descent_time, duration_excess
+from tauto_core.machines.fluid_pendulum import (
+    composed_length,
+    descent_time,
+    duration_excess,
+    end_arc,
+    reverse_half_swing,
+)
 from tauto_core.machines.half_swings import BothWays
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import DescentError
@@ -106,12 +112,47 @@ def test_two_lengths_compose_as_euler_says() -> None:
             assert duration == pytest.approx(half, rel=5e-15)
 
 
-def test_on_eulers_curve_they_are_his_closed_forms() -> None:
-    curve = FluidTautochrone(KAPPA, GAMMA, 1.0)
-    ways = BothWays(curve, G, 0.0, -0.5)
-    half = math.pi * math.sqrt(1.0 / G)
-    expected = 1.0 + float(duration_excess(KAPPA, 0.5))
-    assert ways.course(-0.5).duration / half == pytest.approx(expected, rel=3e-15)
+@pytest.mark.parametrize('start', [0.1, 0.5, 1.0])
+def test_on_eulers_curve_they_are_his_closed_forms(start: float) -> None:
+    """The way back, an elliptic integral, and the place on it."""
+    curve, omega = FluidTautochrone(KAPPA, GAMMA, 5.0), math.sqrt(G / 5.0)
+    ways = BothWays(curve, G, 0.0, -start)
+    course = ways.course(-start)
+    expected = 1.0 + float(duration_excess(KAPPA, start))
+    assert course.duration * omega / math.pi == pytest.approx(expected, rel=3e-15)
+    assert course.end == pytest.approx(float(end_arc(KAPPA, start)), rel=3e-15)
+    times = np.linspace(0.0, course.duration, 31)
+    arc, rate = ways.place(np.full(31, -start), times)
+    wanted = reverse_half_swing(KAPPA, omega, np.full(31, start), times)
+    np.testing.assert_allclose(arc, wanted[0], atol=5e-15 * start)
+    np.testing.assert_allclose(rate, wanted[1], atol=2e-14 * start)
+
+
+@pytest.mark.parametrize('reduced', [0.1, 1.0, 2.5])
+def test_a_half_swing_on_a_cycloid_ends_where_the_energy_does(reduced: float) -> None:
+    """With X = 2κS₁: e^X (X − 1) = −(1 + 2κS) e^{−2κS}."""
+    course = BothWays(Cycloid(reduced, 1.0, 1.0), 1.0, 0.0, 1.0).course(1.0)
+    x = -2.0 * reduced * course.end
+    left = (1.0 + 2.0 * reduced) * math.exp(-2.0 * reduced)
+    assert math.exp(x) * (x - 1.0) == pytest.approx(-left, abs=3e-15)
+
+
+@pytest.mark.parametrize(
+    ('make', 'expected'),
+    [
+        (Cycloid, [6.330e-5, 1.318e-3, 4.371e-3, 1.308e-2]),
+        (FluidTautochrone, [7.757e-5, 1.499e-3, 4.560e-3, 1.167e-2]),
+        (SymmetricCurve, [-1.7e-8, -7.5e-6, -8.3e-5, -7.3e-4]),
+    ],
+)
+def test_swings_to_and_fro_are_those_of_the_table(make: Any, expected: list[float]) -> None:
+    """The table was integrated by another program, to the digits compared."""
+    found = []
+    for start in (0.02, 0.1, 0.2, 0.4):
+        ways = BothWays(make(1.0, 1.0, 1.0), 1.0, 0.0, start)
+        there = ways.course(start)
+        found.append((there.duration + ways.course(there.end).duration) / math.tau - 1.0)
+    np.testing.assert_allclose(found, expected, rtol=3e-2 if make is SymmetricCurve else 5e-4)
 
 
 @pytest.mark.parametrize('curve', [FluidTautochrone(0.4, 0.9, 1.0, 0.02), Cycloid(0.4, 0.9, 1.0)])

@@ -11,10 +11,7 @@ import math
 import numpy as np
 import pytest
 
-from tauto_core.curves import Cycloid, FluidTautochrone, numerics
-from tauto_core.curves.fluid import Mirrored
-from tauto_core.machines import fluid_pendulum
-from tauto_core.machines.fluid_pendulum import duration_excess
+from tauto_core.curves import Cycloid, numerics
 
 outline = importlib.import_module('tauto_core.curves.fluid')
 
@@ -72,38 +69,6 @@ def test_a_root_left_in_is_not_spectral():
         errors.append(abs(found * 4.0 / math.pi - 1.0))
     assert not spectral(errors)
     assert errors[-2] / errors[-1] == pytest.approx(8.0, rel=0.1)
-
-
-KAPPA = 0.8
-
-
-def test_the_cosine_series_of_a_half_swing_is_spectral():
-    """Backward on Euler's curve, with an elliptic integral as duration."""
-    curve, start = FluidTautochrone(KAPPA, 1.0, 1.0), 1.5
-    end = fluid_pendulum.far_end(Mirrored(curve), start)
-    exact = 1.0 + float(duration_excess(KAPPA, start))
-    errors = []
-    for nodes in (2, 4, 8, 16, 32, 64):
-        grid = fluid_pendulum.Grid(nodes, 4)
-        series = fluid_pendulum.cosines(Mirrored(curve), np.array([start]), np.array([end]), grid)
-        errors.append(abs(series[0, 0] / exact - 1.0))
-    assert spectral(errors), errors
-
-
-def test_the_speed_within_a_half_swing_is_spectral(monkeypatch):
-    """∫ e^{2κ(s−σ)} p dσ over one panel instead of five, κS = 16."""
-    curve, start = FluidTautochrone(KAPPA, 1.0, 1e8), 20.0
-    end = np.array([fluid_pendulum.far_end(Mirrored(curve), start)])
-    exact = 1e4 * (1.0 + float(duration_excess(KAPPA, start)))
-    errors = []
-    for nodes in (4, 8, 16, 32, 64):
-        rule = np.polynomial.legendre.leggauss(nodes)
-        with monkeypatch.context() as patched:
-            patched.setattr(numerics, 'gauss_rule', lambda rule=rule: rule)
-            grid = fluid_pendulum.Grid(256, 1)
-            series = fluid_pendulum.cosines(Mirrored(curve), np.array([start]), end, grid)
-            errors.append(abs(series[0, 0] / exact - 1.0))
-    assert spectral(errors), errors
 
 
 @pytest.mark.parametrize('share', [0.5, 0.999])

@@ -213,7 +213,7 @@ def test_a_fluid_in_which_the_body_does_not_sink(fluid):
     assert caught.value.key == 'regulator.fluid_density'
 
 
-def test_a_mote_on_a_cycloid_is_refused_without_a_grid():
+def test_a_mote_on_a_cycloid_is_refused_without_a_series():
     with pytest.raises(SceneError, match='the fluid resists too strongly'):
         check_scene(in_fluid(diameter=1e-20, release_arc=0.4, curve='cycloid'))
 

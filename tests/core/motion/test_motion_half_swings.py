@@ -184,7 +184,7 @@ def test_a_run_does_not_depend_on_its_pieces_and_can_be_resumed(changes):
 
 
 @pytest.mark.parametrize('curve', CURVES)
-@pytest.mark.parametrize('release', [1e-300, -1e-12, 0.35])
+@pytest.mark.parametrize('release', [1e-140, -1e-12, 0.35])
 def test_a_swing_that_dies_away_stays_a_number(curve, release):
     machine = compile_machine(scene_of(curve=curve, release_arc=release, diameter=0.01))
     motion = HalfSwings(machine).advance(spans_to(np.arange(1, 40) * 10**12 // 3))

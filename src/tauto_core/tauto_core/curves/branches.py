@@ -16,7 +16,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
-from tauto_core.curves.fluid import CurveInMedium, Cycloid, DescentCurve, Mirrored
+from tauto_core.curves.fluid import CurveInMedium, Cycloid, DescentCurve
 from tauto_core.curves.numerics import (
     QuadratureError,
     bisect,
@@ -41,6 +41,12 @@ _ROUNDING = 4.0 * np.finfo(np.float64).eps
 _COUNTS = (8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256)
 # Number of places for checks of the slope.
 _SCANNED = 400
+# Longest branch over 1/κ: a body falls at terminal speed on most of a longer one.
+_MOST_REDUCED = 64.0
+_THICK = (
+    'the fluid resists too strongly, or the curve is too uneven. Use a smaller amplitude, a '
+    'larger or denser body, or a lighter fluid'
+)
 
 
 class Pieces:
@@ -70,11 +76,7 @@ class Pieces:
 
             terms = complete_series(series, _COUNTS, tail, tail_count=3)
             if terms is None:
-                raise QuadratureError(
-                    f'a branch takes more than {_COUNTS[-1]} terms: the fluid resists too '
-                    'strongly, or the curve is too uneven. Use a smaller amplitude, a larger or '
-                    'denser body, or a lighter fluid'
-                )
+                raise QuadratureError(f'a branch takes more than {_COUNTS[-1]} terms: {_THICK}')
             rows.append(terms)
         longest = max(map(len, rows))
         padded = [np.pad(row, (0, longest - len(row))) for row in rows]
@@ -144,6 +146,8 @@ class Quarter:
         reach: float,
         joints: FloatArray,
     ) -> None:
+        if not kappa * reach < _MOST_REDUCED:
+            raise QuadratureError(f'a branch of {reach!r} m with kappa = {kappa!r} 1/m: {_THICK}')
         self._force, self._gamma = force, gamma
         self._growth = -2.0 * kappa if falling else 2.0 * kappa
         inner = joints[(joints > 0.0) & (joints < reach)]
@@ -169,11 +173,7 @@ class Quarter:
             if abs(total - old_total) <= 4e-15 * total:
                 break
         else:
-            raise QuadratureError(
-                f'a branch of {reach!r} m with kappa = {kappa!r} 1/m: the fluid resists too '
-                'strongly for swings to be computed. Use a smaller amplitude, a larger or denser '
-                'body, or a lighter fluid'
-            )
+            raise QuadratureError(f'a branch of {reach!r} m with kappa = {kappa!r} 1/m: {_THICK}')
 
     @property
     def reach(self) -> float:
@@ -393,7 +393,7 @@ Branch: TypeAlias = Cycloid | CircularDescent | ThroughPoints
 class Companion:
     """The branch that makes the half swings over it and a given branch isochronous.
 
-    Arcs are > 0. It ends at the vertical, or with the given one.
+    It ends at the vertical, or with the given one. Arcs may have either sign.
 
     Args:
         given: the given branch.
@@ -428,7 +428,7 @@ class Companion:
         """Arc of its end [m]."""
         self.given_end = float(self.own.arc(root)[0])
         """Arc of the same swing on the given branch [m]."""
-        self.descent_cusp, self.ascent_cusp = self.end, 0.0
+        self.descent_cusp, self.ascent_cusp = self.end, -self.end
         inner = self.own.roots[1:-1]
         self.joints = self._arc(inner[inner < self.last_root])
         edges = np.concatenate([[0.0], self.joints, [self.end]])
@@ -444,18 +444,18 @@ class Companion:
         return self.last_root < float(self.own.roots[-1])
 
     def slope(self, arc: ArrayLike) -> FloatArray:
-        """Return p at arcs > 0."""
+        """Return p, odd in the arc."""
         t = np.asarray(arc, np.float64)
-        return t * self._slope_per_arc(t)
+        return t * self._slope_per_arc(np.abs(t))
 
     def slope_rate(self, arc: ArrayLike) -> FloatArray:
         """Return dp/dt [1/m]."""
-        t = np.asarray(arc, np.float64)
+        t = np.abs(np.asarray(arc, np.float64))
         return self._slope_per_arc(t) + t * self._slope_per_arc.rate(t)
 
     def height(self, arc: ArrayLike) -> FloatArray:
         """Return the height, (1/γ) ∫ e^{−qt} 2r dr [m]."""
-        root = self._root(np.asarray(arc, np.float64))
+        root = self._root(np.abs(np.asarray(arc, np.float64)))
         flat = np.ravel(root)
         inner = self.own.roots[1:-1]
         total = np.zeros_like(flat)
@@ -579,6 +579,6 @@ def joined_companion(branch: Branch, side: Side, pendulum_length: float) -> Join
     mine = np.asarray(branch.joints)
     if side == 'descent':
         ends, joints = (added.given_end, -added.end), np.concatenate([mine, -added.joints])
-        return JoinedCurve(branch, Mirrored(added), pendulum_length, ends, joints)
+        return JoinedCurve(branch, added, pendulum_length, ends, joints)
     ends, joints = (added.end, -added.given_end), np.concatenate([-mine, added.joints])
     return JoinedCurve(added, branch, pendulum_length, ends, joints)

@@ -236,55 +236,6 @@ class ActaCurve(CurveInMedium):
         return (0.5 * s * s + bend) / (self.gamma * self.pendulum_length)
 
 
-@dataclass(frozen=True)
-class Mirrored:
-    """A curve with its branches exchanged, s → −s, for reverse half swings."""
-
-    curve: DescentCurve
-
-    @property
-    def kappa(self) -> float:
-        """κ of the curve [1/m]."""
-        return self.curve.kappa
-
-    @property
-    def gamma(self) -> float:
-        """γ of the curve."""
-        return self.curve.gamma
-
-    @property
-    def pendulum_length(self) -> float:
-        """f of the curve [m]."""
-        return self.curve.pendulum_length
-
-    @property
-    def descent_cusp(self) -> float:
-        """Arc of the cusp on the original's branch of ascent [m]."""
-        return -self.curve.ascent_cusp
-
-    @property
-    def ascent_cusp(self) -> float:
-        """Arc of the cusp on the original's branch of descent [m]."""
-        return -self.curve.descent_cusp
-
-    @property
-    def joints(self) -> FloatArray:
-        """The arcs of the curve's joints, with their signs changed [m]."""
-        return -self.curve.joints
-
-    def slope(self, arc: ArrayLike) -> FloatArray:
-        """Return p."""
-        return -self.curve.slope(-np.asarray(arc, np.float64))
-
-    def slope_rate(self, arc: ArrayLike) -> FloatArray:
-        """Return dp/ds [1/m]."""
-        return self.curve.slope_rate(-np.asarray(arc, np.float64))
-
-    def height(self, arc: ArrayLike) -> FloatArray:
-        """Return x [m]."""
-        return self.curve.height(-np.asarray(arc, np.float64))
-
-
 # -----------------------------------------------------------------------------
 # Euler's tautochrone in a fluid that resists as the square of the speed (Euler 1729).
 #

@@ -1,9 +1,8 @@
 """A body that swings to and fro on a curve in a fluid, as a regulator.
 
 Euler, *Curva tautochrona in fluido* (1729). On his curve every half swing down the branch of
-descent takes π√(f/g), and the reverse half swing takes longer. Both have closed forms. On a
-symmetric curve both take the same time, by quadrature. `half_swings` has curves with different
-branches, constant friction and linear resistance.
+descent takes π√(f/g), and the reverse half swing takes longer. Both have closed forms.
+`half_swings` has other curves, constant friction and linear resistance.
 """
 
 from __future__ import annotations
@@ -21,12 +20,9 @@ from tauto_core.curves.fluid import (
     Cycloid,
     DescentCurve,
     FluidTautochrone,
-    Mirrored,
     SymmetricCurve,
 )
 from tauto_core.curves.numerics import (
-    QuadratureError,
-    bracketed_newton,
     exponential_mean,
     integrate,
     logarithmic_mean,
@@ -156,45 +152,9 @@ def _on_descent(curve: DescentCurve, start: ArrayLike) -> FloatArray:
 
 
 # -----------------------------------------------------------------------------
-# A half swing on any curve in a fluid, by quadrature.
-#
-# From rest at S > 0 towards −s, s̈ = −γg p(s) + κṡ² with the slope p = dx/ds gives
-#
-#     ½ṡ² = γg ∫ e^{2κ(s − σ)} p(σ) dσ from s to S.
-#
-# The body comes to rest at the next zero of the integral, −S₁. With s from S to −S₁ as a cosine of
-# θ, the time is the integral of a smooth, even, periodic function of θ. The midpoint rule gives
-# its cosine series to rounding. The integral is taken from the nearer end of the swing, on the
-# side of A, over a p of one sign, without cancellation.
-
-LARGEST_SERIES = 1024
-LARGEST_REDUCED_ARC = 64.0
-"""Largest κS, beyond which the body falls at terminal speed except in the last few 1/κ."""
-# Size of the last terms over the first at which a series is complete. t has them divided by k.
-_TAIL = 2.0**-48
-_STEPS = 64
-_ROUNDING = 2.0**-51
-
-
-class HalfSwing(NamedTuple):
-    """Duration and end of a half swing."""
-
-    duration: float
-    """Time from rest to rest [s]."""
-    arc: float
-    """Arc from A on the other side at which it comes to rest [m], > 0."""
-
+# The time to A on any curve in a fluid.
 
 _LONGEST_REDUCED = 1e6
-
-
-class Grid(NamedTuple):
-    """Numbers of nodes that resolve a half swing, and every shorter one on the same curve."""
-
-    nodes: int
-    """Nodes of the cosine series of dt/dθ."""
-    panels: int
-    """Panels of the integral for the speed, of 24 nodes each."""
 
 
 def descent_time(curve: DescentCurve, gravity: float, start: float) -> float:
@@ -210,123 +170,6 @@ def descent_time(curve: DescentCurve, gravity: float, start: float) -> float:
         return np.sqrt(2.0 * start / (curve.gamma * gravity * mean))
 
     return float(integrate(integrand, np.zeros(1), np.ones(1))[0])
-
-
-def half_swing(curve: DescentCurve, gravity: float, start: float) -> HalfSwing:
-    """Return the duration and end of the half swing from rest down the branch of descent.
-
-    The arc of the release [m] is > 0 and at most at the cusp, and A is the lowest point.
-    `Mirrored(curve)` gives the other direction. DescentError: a start off the branch of descent,
-    or an ascent beyond the cusp. QuadratureError: a resistance too strong for the series.
-    """
-    end = far_end(curve, start)
-    grid = grid_for(curve, start, end)
-    rates = _rates(curve, np.array([start]), np.array([end]), grid)
-    return HalfSwing(math.pi * float(np.mean(rates)) / math.sqrt(gravity), end)
-
-
-def far_end(curve: DescentCurve, start: float) -> float:
-    """Return S₁ > 0, the arc of ascent from rest at S > 0 [m]. DescentError: beyond either cusp.
-
-    Newton's method converges: the energy of the ascent, ∫ e^{2κσ} p dσ, is convex, and it starts
-    at or beyond S₁, the arc without resistance.
-    """
-    _on_descent(curve, start)
-    mirror, kappa, zero = Mirrored(curve), curve.kappa, np.zeros(1)
-    mean = _mean(curve, np.array([start]), zero, _panels(kappa * start), -1.0)
-    fall, edge, end = start * float(mean[0]), mirror.descent_cusp, start
-    while end < edge and float(mirror.height(end)) < float(curve.height(start)):
-        end *= 2.0
-    # from any height of fall the body comes no farther than about 1/κ
-    end = min(end, edge, 2.0 / kappa if kappa else edge)
-    for _ in range(_STEPS):
-        mean = _mean(mirror, np.array([end]), zero, _panels(kappa * end), 1.0)
-        short = fall - end * float(mean[0])
-        if end == edge and short > _ROUNDING * fall:
-            raise DescentError(
-                f'start = {start!r} m: the body would come beyond the cusp of ascent at '
-                f'{edge!r} m. Start nearer to A, or take a longer pendulum'
-            )
-        change = short / (math.exp(2.0 * kappa * end) * float(mirror.slope(end)))
-        end += change
-        if abs(change) <= _ROUNDING * end:
-            break
-    return end
-
-
-def grid_for(curve: DescentCurve, start: float, end: float) -> Grid:
-    """Return the nodes that resolve a half swing to rounding.
-
-    QuadratureError: more than 1024 terms, or κS beyond 64.
-    """
-    reduced = curve.kappa * max(start, end)
-    panels, nodes = _panels(reduced), 16
-    while nodes <= LARGEST_SERIES and reduced <= LARGEST_REDUCED_ARC:
-        grid = Grid(nodes, panels)
-        series = cosines(curve, np.array([start]), np.array([end]), grid)[0]
-        if np.max(np.abs(series[-4:])) <= _TAIL * series[0]:
-            return grid
-        nodes *= 2
-    raise QuadratureError(
-        f'a half swing from {start!r} m with kappa = {curve.kappa!r} 1/m: the fluid resists too '
-        f'strongly, since at most {LARGEST_SERIES} terms and {LARGEST_REDUCED_ARC:g}/kappa are '
-        'allowed. Use a smaller amplitude, a larger or denser body, or a lighter fluid'
-    )
-
-
-def cosines(curve: DescentCurve, start: FloatArray, end: FloatArray, grid: Grid) -> FloatArray:
-    """Return the cosine coefficients of √g dt/dθ of n half swings, shape (n, grid.nodes)."""
-    rates = _rates(curve, start, end, grid)
-    # k θ_j reduced in integers, to round high terms no more than low ones
-    turns = np.outer(np.arange(grid.nodes), 2 * np.arange(grid.nodes) + 1) % (4 * grid.nodes)
-    waves = np.cos(turns * (0.5 * math.pi / grid.nodes))
-    weight = np.full(grid.nodes, 2.0 / grid.nodes)
-    weight[0] = 1.0 / grid.nodes
-    return np.asarray(np.sum(rates[:, None, :] * waves, axis=-1) * weight)
-
-
-def place(
-    curve: DescentCurve, gravity: float, start: FloatArray, end: FloatArray, time: FloatArray,
-    grid: Grid,
-) -> tuple[FloatArray, FloatArray]:  # fmt: skip
-    """Return arc [m] and ds/dt [m/s] at times since the release [s], (n,) each.
-
-    `start` and `end` are S and S₁ of n half swings [m]. The bits of a half swing do not depend on
-    the other ones.
-    """
-    series, order = cosines(curve, start, end, grid), np.arange(1, grid.nodes)
-    goal = np.minimum(time * math.sqrt(gravity) / series[:, 0], math.pi)
-    ratio = series[:, 1:] / series[:, :1]
-
-    def excess(angle: FloatArray) -> tuple[FloatArray, FloatArray]:
-        turns = angle[:, None] * order
-        late = angle + np.sum(ratio / order * np.sin(turns), axis=-1) - goal
-        return late, 1.0 + np.sum(ratio * np.cos(turns), axis=-1)
-
-    angle = bracketed_newton(excess, goal, (0.0, math.pi), absolute=_ROUNDING)
-    width, sine = start + end, np.sin(0.5 * angle)
-    arc = start - width * sine * sine
-    evenness = _evenness(curve, start, end, arc, grid.panels)
-    return arc, -0.5 * width * np.sin(angle) * np.sqrt(gravity * evenness)
-
-
-def _rates(curve: DescentCurve, start: FloatArray, end: FloatArray, grid: Grid) -> FloatArray:
-    """Return √g dt/dθ at the midpoints, (n, nodes)."""
-    middles = np.arange(0.5, grid.nodes, dtype=np.float64) * (math.pi / grid.nodes)
-    width, sines = (start + end)[:, None], np.sin(0.5 * middles)
-    arc = start[:, None] - width * sines * sines
-    top, bottom = (np.broadcast_to(part[:, None], arc.shape) for part in (start, end))
-    return np.asarray(_evenness(curve, top, bottom, arc, grid.panels) ** -0.5, np.float64)
-
-
-def _evenness(
-    curve: DescentCurve, start: FloatArray, end: FloatArray, arc: FloatArray, panels: int
-) -> FloatArray:
-    """Return ṡ²/(g (S − s)(s + S₁)), positive and smooth [1/m]."""
-    above, below = np.maximum(arc, 0.0), np.maximum(-arc, 0.0)
-    down = _mean(curve, start, above, panels, -1.0) / (above + end)
-    up = _mean(Mirrored(curve), end, below, panels, 1.0) / (start + below)
-    return 2.0 * curve.gamma * np.where(arc >= 0.0, down, up)
 
 
 def _mean(
@@ -559,19 +402,9 @@ class FluidPendulum(OtherRegulator):
         """Whether the curve is Euler's, on which half swings have closed forms."""
         return isinstance(self.curve, FluidTautochrone) and not (self.friction or self.viscous)
 
-    @property
-    def is_even(self) -> bool:
-        """Whether half swings in both directions are alike."""
-        even = isinstance(self.curve, Cycloid | SymmetricCurve)
-        return even and not (self.friction or self.viscous)
-
     def both_ways(self, start: float) -> BothWays:
         """Return the half swings from a start on. DescentError: the body would leave the curve."""
         return BothWays(self.curve, self.gravity, self.friction, start, self.viscous)
-
-    def branch(self, start: float) -> DescentCurve:
-        """Return the curve as seen by a half swing that starts at an arc of this sign."""
-        return self.curve if start > 0.0 else Mirrored(self.curve)
 
     def swing(self, start: float) -> tuple[float, float]:
         """Return duration over π/ω, less 1, and end [m] of the half swing from rest at an arc [m].
@@ -580,12 +413,9 @@ class FluidPendulum(OtherRegulator):
         series.
         """
         kappa = self.curve.kappa
-        if not (self.is_euler or self.is_even):
+        if not self.is_euler:
             course = self.both_ways(start).course(start)
             return course.duration * self.frequency / math.pi - 1.0, course.end
-        if not self.is_euler:
-            leg = half_swing(self.branch(start), self.gravity, abs(start))
-            return leg.duration * self.frequency / math.pi - 1.0, -math.copysign(leg.arc, start)
         if start > 0.0:
             return 0.0, float(arc_of_harmonic(kappa, -harmonic_of_arc(kappa, start)))
         return float(duration_excess(kappa, -start)), float(end_arc(kappa, -start))

@@ -15,6 +15,7 @@ from pydantic import Field
 
 from tauto_core.curves.cam import CAMS, Cam, CamKind
 from tauto_core.curves.materials import MATERIALS, NamedMaterial, as_written, material
+from tauto_core.curves.numerics import QuadratureError
 from tauto_core.machines.drags import Drag
 from tauto_core.machines.heat import (
     COLDEST,
@@ -656,10 +657,10 @@ def compile_fluid_pendulum(
             'is so large that the body creeps back to A without a swing',
             f'Give less than {2.0 * machine.frequency:.6g} 1/s, or a shorter pendulum_length.',
         )
-    if not (machine.is_euler or machine.is_even):
+    if not machine.is_euler:
         try:
             ways = machine.both_ways(start)
-        except DescentError as error:
+        except (DescentError, QuadratureError) as error:
             raise SceneError(
                 name,
                 'regulator.release_arc',

@@ -16,9 +16,6 @@ from tauto_core.curves.numerics import complete_series
 from tauto_core.machines import FluidPendulum
 from tauto_core.machines.fluid_pendulum import (
     euler_half_swing,
-    far_end,
-    grid_for,
-    place,
     reverse_half_swing,
 )
 from tauto_core.motion.closed_forms import ClosedForm
@@ -31,7 +28,7 @@ from tauto_core.scene.errors import PropagationError
 #
 # A law gives the duration and the end of the half swing from rest at a signed arc, and the body's
 # place at a time within it. On Euler's curve both are closed forms (`machines.fluid_pendulum`), on
-# a symmetric curve quadratures (`fluid_pendulum.place`). A voyage has millions of half swings:
+# others those of `machines.half_swings`. A voyage has millions of half swings:
 # their durations and ends are smooth functions of the start, held as Chebyshev series. The place
 # is needed in few of them.
 
@@ -139,37 +136,8 @@ class EulerLaw(Law):
         return arc, rate
 
 
-class SymmetricLaw(Law):
-    """Half swings on a curve with equal branches, by quadrature."""
-
-    def __init__(self, machine: FluidPendulum) -> None:
-        self._machine, self._curve = machine, machine.curve
-        widest = abs(machine.release_arc)
-        self._table = HalfSwingTable(machine.swing, widest)
-        self._grid = grid_for(self._curve, widest, far_end(self._curve, widest))
-
-    def course(self, start: float) -> SwingEnd:
-        """Return duration and end of the half swing from rest at a signed arc [m]."""
-        excess, end = self._table(abs(start))
-        return SwingEnd(excess, end if start > 0.0 else -end)
-
-    def place(self, start: FloatArray, time: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return signed arc [m] and its rate [m/s] at times [s] since rest at signed arcs."""
-        size, sign = np.abs(start), np.sign(start)
-        end = np.array([-self._table(arc_size).end for arc_size in size.tolist()])
-        arc, rate = np.empty_like(start), np.empty_like(start)
-        grid = self._grid
-        rows = max(1, _NUMBERS // (grid.nodes * max(grid.nodes, 24 * grid.panels)))
-        for begin in range(0, len(start), rows):
-            part = slice(begin, begin + rows)
-            arc[part], rate[part] = place(
-                self._curve, self._machine.gravity, size[part], end[part], time[part], grid
-            )
-        return sign * arc, sign * rate
-
-
 class BranchedLaw(Law):
-    """Half swings over different branches, or with constant friction."""
+    """Half swings over other curves, or with constant friction."""
 
     def __init__(self, machine: FluidPendulum) -> None:
         self._ways = machine.both_ways(machine.release_arc)
@@ -203,7 +171,7 @@ def swing_law(machine: FluidPendulum) -> Law:
     """Return the law of a machine's half swings."""
     if machine.is_euler:
         return EulerLaw(machine, cast(FluidTautochrone, machine.curve))
-    return SymmetricLaw(machine) if machine.is_even else BranchedLaw(machine)
+    return BranchedLaw(machine)
 
 
 def _sum(series: list[float], x: float) -> float:
