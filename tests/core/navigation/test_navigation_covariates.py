@@ -44,7 +44,7 @@ from tauto_core.navigation.covariates import (
     fit,
     runs,
 )
-from tauto_core.navigation.kalman import Coefficient, same_fields
+from tauto_core.navigation.kalman import Coefficient
 from tauto_core.navigation.longitude import fix_samples
 from tauto_core.navigation.regressors import (
     HELD_S,
@@ -177,7 +177,7 @@ def test_in_port_the_coefficients_stay_where_they_are_and_say_so():
     spread = 0.05 * abs(HEAVY) * DAY
     assert np.sqrt(way.states.yy[-1]) * DAY == pytest.approx(spread, rel=0.02)
     # the rate in that very sea is known all the same, to the daily observations
-    last = same_fields(way.states, (column[-1:] for column in way.states))
+    last = way.states._make(column[-1:] for column in way.states)
     tomorrow = predict(last, np.array([DAY]), model, (np.array([HEAVY * DAY]),))
     assert np.sqrt(tomorrow.xx[0]) < 0.5
     calm = predict(last, np.array([DAY]), model, (np.array([0.0]),))

@@ -28,7 +28,6 @@ from tauto_core.navigation.kalman import (
     pairs,
     predict,
     prior,
-    same_fields,
 )
 from tauto_core.navigation.longitude import AFTER_ALL, BEFORE_ALL, LiveFixes, in_order
 from tauto_core.navigation.regressors import HELD_NS, MotionRegressors, integral_names, regressors
@@ -171,7 +170,7 @@ def estimates(
     place = np.searchsorted(way.stamp_ns[1:], stamps, 'right')
     elapsed = (stamps - way.stamp_ns[place]) / NS_PER_S
     gained = () if passed is None else tuple((passed.integrals_s - way.integrals_s[place]).T)
-    then = same_fields(way.states, (column[place] for column in way.states))
+    then = way.states._make(column[place] for column in way.states)
     sailed_ns = np.maximum(way.stamp_ns[place], model.sails_ns)
     under_way_s = np.maximum(stamps - sailed_ns, 0) / NS_PER_S
     now = predict(then, elapsed, model, gained, under_way_s)
@@ -195,34 +194,20 @@ Observed: TypeAlias = tuple[int, float, float, tuple[float, ...]]
 """Stamp [ns], phase and its sigma [s], and integrals of the covariates [s]."""
 
 
-class UsedObservation(NamedTuple):
-    """An observation that the filter has used, and its fate (`filter_phases`)."""
-
-    stamp_ns: int
-    phase_s: float
-    sigma_s: float
-    fate: int
-    integrals_s: tuple[float, ...] = ()
-
-    @property
-    def observed(self) -> Observed:
-        """The observation as it was given."""
-        return self.stamp_ns, self.phase_s, self.sigma_s, self.integrals_s
-
-
 class Track(Stateful):
     """Takes observations in any order, and gives the state as if they had come in order.
 
     It begins with the state when the dial was set, or after a stop, following the track `before`.
     """
 
-    state_names = ('oldest_ns', 'counts')
+    state_names = ('oldest_ns', 'counts', 'seen', 'fates')
 
     def __init__(self, start: Known, model: ClockModel, before: Track | None = None) -> None:
         self._model = model
         self._base = self._last = start
         self._oldest_ns = start.stamp_ns
-        self._seen: list[UsedObservation] = []
+        self._seen: list[Observed] = []
+        self._fates: list[int] = []
         fates = (REFUSED, REOPENED)
         self._counts = {fate: before.count(fate) if before else 0 for fate in fates}
 
@@ -238,11 +223,11 @@ class Track(Stateful):
 
     def has(self, stamp_ns: int) -> bool:
         """Return whether an observation of this stamp is remembered."""
-        return any(record.stamp_ns == stamp_ns for record in reversed(self._seen))
+        return any(observed[0] == stamp_ns for observed in reversed(self._seen))
 
     def count(self, fate: int) -> int:
         """Return the number of observations that were REFUSED or REOPENED the state."""
-        return self._counts[fate] + sum(record.fate == fate for record in self._seen)
+        return self._counts[fate] + self._fates.count(fate)
 
     def use(
         self,
@@ -260,46 +245,28 @@ class Track(Stateful):
             sigma_s = [self._model.observation_sigma_s] * len(stamp_ns)
         integrals_s = integrals_s or [()] * len(stamp_ns)
         new = sorted(zip(stamp_ns, phase_s, sigma_s, integrals_s, strict=True))
-        start, history = self._last, self._seen
-        if history and new and new[0][0] < history[-1].stamp_ns:
-            start, history = self._base, []
-            new = sorted(new + [record.observed for record in self._seen])
+        start, kept = self._last, len(self._seen)
+        if self._seen and new and new[0][0] < self._seen[-1][0]:
+            start, kept, new = self._base, 0, sorted(new + self._seen)
         way = self._filtered(start, new)
         self._last = way.after(len(new))
-        self._remember(history, new, way)
+        self._seen = self._seen[:kept] + new
+        self._fates = self._fates[:kept] + way.fate.tolist()
+        old = len(self._seen) - REMEMBERED
+        if old >= REMEMBERED:  # move the base forward
+            before = self._seen[:old]
+            is_new = old >= kept
+            run = way if is_new else self._filtered(self._base, before)
+            self._base, self._oldest_ns = run.after(old - kept * is_new), before[-1][0] + 1
+            self._counts = {
+                fate: n + self._fates[:old].count(fate) for fate, n in self._counts.items()
+            }
+            self._seen, self._fates = self._seen[old:], self._fates[old:]
         return way
 
     def _filtered(self, start: Known, new: Sequence[Observed]) -> Filtered:
         stamps, phases, sigmas, integrals = zip(*new, strict=True) if new else ((), (), (), ())
         return filter_phases(start, stamps, phases, self._model, sigmas, integrals)
-
-    def _remember(
-        self, history: list[UsedObservation], new: list[Observed], way: Filtered
-    ) -> None:
-        """Move the base forward once there are 2 `REMEMBERED`: `history`, then the run's `new`."""
-        total = len(history) + len(new)
-        begin = max(total - REMEMBERED - len(history), 0) if total >= 2 * REMEMBERED else 0
-        fates = way.fate[begin:].tolist()
-        tail = [
-            UsedObservation(stamp, phase, sigma, fate, integrals)
-            for (stamp, phase, sigma, integrals), fate in zip(new[begin:], fates, strict=True)
-        ]
-        self._seen = history + tail
-        if total < 2 * REMEMBERED:
-            return
-        if begin:
-            self._base = way.after(begin)
-            self._oldest_ns = new[begin - 1][0] + 1
-            old_fates = [*(record.fate for record in history), *way.fate[:begin].tolist()]
-        else:
-            old, tail = self._seen[:-REMEMBERED], self._seen[-REMEMBERED:]
-            observations = [record.observed for record in old]
-            self._base = self._filtered(self._base, observations).after(len(old))
-            self._oldest_ns = old[-1].stamp_ns + 1
-            old_fates = [record.fate for record in old]
-        self._seen = tail
-        for fate in self._counts:
-            self._counts[fate] += old_fates.count(fate)
 
     def state(self) -> State:
         """Return everything that the next result depends on."""
@@ -307,14 +274,12 @@ class Track(Stateful):
             **super().state(),
             'base': _plain(self._base),
             'last': _plain(self._last),
-            'seen': [tuple(record) for record in self._seen],
         }
 
     def restore(self, state: State) -> None:
         """Continue from a saved state."""
         super().restore(state)
         self._base, self._last = self._known(state['base']), self._known(state['last'])
-        self._seen = [UsedObservation(*record) for record in state['seen']]
 
     def _known(self, plain: tuple[Any, ...]) -> Known:
         stamp_ns, estimate, *fields = plain

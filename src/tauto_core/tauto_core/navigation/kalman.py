@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import math
 from collections import namedtuple
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import combinations_with_replacement, repeat
@@ -63,69 +63,9 @@ def pairs(size: int) -> list[tuple[int, int]]:
     return list(combinations_with_replacement(range(size), 2))
 
 
-def prediction(clock: int, size: int) -> Callable[..., tuple[Any, ...]]:
-    """Return the prediction step of `size` states, of which the first `clock` are the clock's.
-
-    Its arguments are the numbers (means, then the `pairs` of the covariance), the time t [s], q1,
-    q2, and the growth of each integral [s]. It returns the numbers after that time.
-    """
-    entries, places = pairs(size), _places(size)
-
-    def ahead(now: tuple[Any, ...], t: Any, q1: float, q2: float, *gained: Any) -> tuple[Any, ...]:
-        h = 0.5 * t * t
-        ageing = clock == 3
-        transition = {
-            0: [(1, t), *[(2, h)] * ageing, *zip(range(clock, size), gained, strict=True)],
-            1: [(2, t)] * ageing,
-        }
-        mean, p = list(now[:size]), [[now[place] for place in row] for row in places]
-        for row, terms in transition.items():
-            for column, factor in terms:
-                mean[row] = mean[row] + factor * mean[column]
-                p[row] = [a + factor * b for a, b in zip(p[row], p[column], strict=True)]
-        for row, terms in transition.items():
-            for above in range(row + 1):
-                for column, factor in terms:
-                    p[above][row] = p[above][row] + factor * p[above][column]
-        p[0][0] = p[0][0] + t * (q1 + t * t * (q2 / 3.0))
-        p[0][1] = p[0][1] + h * q2
-        p[1][1] = p[1][1] + t * q2
-        return (*mean, *(p[i][j] for i, j in entries))
-
-    return ahead
-
-
-def correction(size: int) -> Callable[..., tuple[float, ...]]:
-    """Return the update of `size` states by an observed phase, in Joseph's form.
-
-    Its arguments are the predicted numbers, the innovation ν, its variance s = P_xx + r, and r.
-    """
-    entries, places = pairs(size), _places(size)
-
-    def corrected(
-        now: tuple[float, ...], innovation: float, s: float, r: float
-    ) -> tuple[float, ...]:
-        p = [[now[place] for place in row] for row in places]
-        gain = [covariance / s for covariance in p[0]]
-        # 1 - P_xx/s would lose digits for a precise observation
-        g = r / s
-        first_row = [g * covariance for covariance in p[0]]
-
-        def less(i: int, j: int) -> Any:
-            if i == 0:
-                return g * first_row[j] if j else g * g * p[0][0]
-            return (p[i][j] - gain[i] * p[0][j]) - gain[j] * first_row[i]
-
-        return (
-            *(now[i] + gain[i] * innovation for i in range(size)),
-            *(less(i, j) + gain[i] * gain[j] * r for i, j in entries),
-        )
-
-    return corrected
-
-
-def _places(size: int) -> list[list[int]]:
-    """Return the place of each covariance among the numbers, as a square."""
+@cache
+def places(size: int) -> list[list[int]]:
+    """Return the place of each covariance in an estimate of `size` states, as a square."""
     number = {pair: size + k for k, pair in enumerate(pairs(size))}
     return [[number[min(i, j), max(i, j)] for j in range(size)] for i in range(size)]
 
@@ -161,7 +101,7 @@ class Estimate(NamedTuple, Generic[Real]):
     """Mean and covariance of the state, floats or arrays of one shape.
 
     Units: x [s], y [1], d [1/s]. `xy` is the covariance of x and y, and so on. `estimate_of` adds
-    fields for coefficients.
+    coefficients.
     """
 
     x: Real
@@ -175,24 +115,16 @@ class Estimate(NamedTuple, Generic[Real]):
     dd: Real
 
 
-def same_fields(like: Estimate[Any], values: Iterable[Real]) -> Estimate[Real]:
-    """Return an estimate of the same class as another, from its values in order."""
-    return cast(Estimate[Real], type(like)(*values))
-
-
 @cache
 def estimate_of(coefficients: tuple[str, ...]) -> type[Estimate[Any]]:
     """Return the class of estimates with these coefficients, `Estimate` without any.
 
-    After the fields of `Estimate` come the means, by the coefficients' names, and the covariances
-    with them: `x_heave`, `heave_roll` and so on.
+    Their means follow those of `Estimate`, by name. Covariances are `x_heave`, `heave_roll` and so
+    on.
     """
-    if not coefficients:
-        return Estimate
-    names = covariances(('x', 'y', 'd', *coefficients))
-    crossed = [field for field in names if field not in Estimate._fields]
-    fields = [*Estimate._fields, *coefficients, *crossed]
-    return cast(type[Estimate[Any]], namedtuple('Estimate', fields))
+    names = ('x', 'y', 'd', *coefficients)
+    fields = [*names, *covariances(names)]
+    return cast(type[Estimate[Any]], namedtuple('Estimate', fields)) if coefficients else Estimate
 
 
 def covariances(names: tuple[str, ...]) -> list[str]:
@@ -286,11 +218,9 @@ def prior(model: ClockModel) -> Estimate[float]:
     rate = model.prior_rate_sigma
     ageing = rate / AGEING_TIME_S if model.states == 3 else 0.0
     sigma = SETTING_SIGMAS * model.observation_sigma_s
-    clock = Estimate(0.0, 0.0, 0.0, sigma * sigma, 0.0, 0.0, rate * rate, 0.0, ageing * ageing)
-    if not model.coefficients:
-        return clock
     kind = estimate_of(model.names)
-    values = dict.fromkeys(kind._fields, 0.0) | clock._asdict()
+    values = dict.fromkeys(kind._fields, 0.0)
+    values |= {'xx': sigma * sigma, 'yy': rate * rate, 'dd': ageing * ageing}
     for name, value, deviation in model.coefficients:
         values |= {name: value, f'{name}_{name}': deviation * deviation}
     return kind(**values)
@@ -306,27 +236,49 @@ def predict(
     """Return the state `elapsed_s` >= 0 later, without an observation in between.
 
     F P Fᵀ + Q(τ) in exact discrete form (see the module). `gained_s` is the growth of the integral
-    of each covariate [s], `under_way_s` the last part of the time, in which the ship is under way.
+    of each covariate [s], `under_way_s` the last part of the time, in which the ship is under way:
+    then P also grows by q (t³/3, t²/2; t²/2, t), whatever the time before.
     """
-    law = arithmetic_of(model)
-    ahead = law.ahead(law.part(now), elapsed_s, *noise_of(model), *gained_s)
-    return law.whole(now, wandered(ahead, law.xx, model, under_way_s))
+    size, t, way = 3 + len(model.coefficients), elapsed_s, under_way_s
+    h = 0.5 * t * t
+    transition = {0: [(1, t), (2, h), *zip(range(3, size), gained_s, strict=True)], 1: [(2, t)]}
+    mean, p = list(now[:size]), [[now[place] for place in row] for row in places(size)]
+    for row, terms in transition.items():
+        for column, factor in terms:
+            mean[row] = mean[row] + factor * mean[column]
+            p[row] = [a + factor * b for a, b in zip(p[row], p[column], strict=True)]
+    for row, terms in transition.items():
+        for above in range(row + 1):
+            for column, factor in terms:
+                p[above][row] = p[above][row] + factor * p[above][column]
+    q1, q2, q = model.white_fm_s, model.random_walk_fm_per_s, model.under_way_per_s
+    p[0][0] = p[0][0] + t * (q1 + t * t * (q2 / 3.0)) + q * (way * way * way / 3.0)
+    p[0][1] = p[0][1] + h * q2 + q * (0.5 * way * way)
+    p[1][1] = p[1][1] + t * q2 + q * way
+    return now._make((*mean, *(p[i][j] for i, j in pairs(size))))
 
 
-def wandered(
-    ahead: tuple[Real, ...], xx: int, model: ClockModel, under_way_s: Real | float
-) -> tuple[Real, ...]:
-    """Return predicted numbers with the wandering of the rate under way, in the last part.
+def corrected(
+    ahead: Estimate[float], innovation_s: float, variance: float, r: float, model: ClockModel
+) -> Estimate[float]:
+    """Return a predicted state after an observed phase, in Joseph's form.
 
-    P grows by q (t³/3, t²/2; t²/2, t), whatever the time before. `xx` as in `Arithmetic`.
+    The innovation ν has the variance P_xx + r, with r of the observation [s²].
     """
-    q, t = model.under_way_per_s, under_way_s
-    if not q:
-        return ahead
-    grown = list(ahead)
-    for place, growth in ((xx, t * t * t / 3.0), (xx + 1, 0.5 * t * t), (2 * xx, t)):
-        grown[place] = grown[place] + q * growth
-    return tuple(grown)
+    size = 3 + len(model.coefficients)
+    p = [[ahead[place] for place in row] for row in places(size)]
+    gain = [covariance / variance for covariance in p[0]]
+    # 1 - P_xx/s would lose digits for a precise observation
+    g = r / variance
+    first_row = [g * covariance for covariance in p[0]]
+
+    def less(i: int, j: int) -> float:
+        if i == 0:
+            return g * first_row[j] if j else g * g * p[0][0]
+        return (p[i][j] - gain[i] * p[0][j]) - gain[j] * first_row[i]
+
+    mean = (ahead[i] + gain[i] * innovation_s for i in range(size))
+    return ahead._make((*mean, *(less(i, j) + gain[i] * gain[j] * r for i, j in pairs(size))))
 
 
 def reopen(ahead: Estimate[Real], innovation_s: Real, elapsed_s: Real) -> Estimate[Real]:
@@ -338,50 +290,6 @@ def reopen(ahead: Estimate[Real], innovation_s: Real, elapsed_s: Real) -> Estima
     """
     v, w = innovation_s, innovation_s / elapsed_s
     return ahead._replace(xx=ahead.xx + 2.0 * (v * v), xy=ahead.xy + v * w, yy=ahead.yy + w * w)
-
-
-def noise_of(model: ClockModel) -> tuple[float, float]:
-    """Return q1 [s] and q2 [1/s]."""
-    return model.white_fm_s, model.random_walk_fm_per_s
-
-
-@dataclass(frozen=True)
-class Arithmetic:
-    """The filter's arithmetic on the numbers of a model, five or more.
-
-    Args:
-        fields: indices of these numbers in an `Estimate`.
-        xx: index of the variance of x among them.
-        ahead: (numbers, elapsed time, q1, q2, growth of each integral) -> predicted numbers.
-        corrected: (predicted numbers, innovation, its variance, R) -> numbers.
-    """
-
-    fields: tuple[int, ...]
-    xx: int
-    ahead: Callable[..., tuple[Any, ...]]
-    corrected: Callable[..., tuple[Any, ...]]
-
-    def part(self, whole: Estimate[Real]) -> tuple[Real, ...]:
-        """Return the numbers of an estimate that the arithmetic changes."""
-        return tuple(whole[field] for field in self.fields)
-
-    def whole(self, rest: Estimate[Real], part: tuple[Real, ...]) -> Estimate[Real]:
-        """Return an estimate with these numbers, and the others from `rest`."""
-        names = (rest._fields[field] for field in self.fields)
-        return rest._replace(**dict(zip(names, part, strict=True)))
-
-
-def arithmetic_of(model: ClockModel) -> Arithmetic:
-    """Return the arithmetic of a model."""
-    return _arithmetic(model.names, model.states)
-
-
-@cache
-def _arithmetic(coefficients: tuple[str, ...], states: int) -> Arithmetic:
-    names = (*('x', 'y', 'd')[:states], *coefficients)
-    size, estimate_fields = len(names), estimate_of(coefficients)._fields
-    fields = tuple(estimate_fields.index(field) for field in (*names, *covariances(names)))
-    return Arithmetic(fields, size, prediction(states, size), correction(size))
 
 
 # -----------------------------------------------------------------------------
@@ -478,7 +386,7 @@ class Filtered:
         used = np.flatnonzero(fate != REFUSED)
         reopened = np.flatnonzero(fate == REOPENED)
         place = len(used)
-        estimate = same_fields(self.states, (float(column[place]) for column in self.states))
+        estimate = self.states._make(float(column[place]) for column in self.states)
         since = count - int(used[-1]) - 1 if place else count
         outliers = self.refused[count - place - since : count - place]
         return Known(
@@ -505,14 +413,12 @@ def filter_phases(
     start. Without `sigma_s` each has the model's. With covariates `integrals_s` has their
     integrals at each observation, n rows [s].
     """
-    law, noise = arithmetic_of(model), noise_of(model)
-    ahead_of, corrected, xx = law.ahead, law.corrected, law.xx
     if sigma_s is None:
         sigma_s = [model.observation_sigma_s] * len(stamp_ns)
     limit = math.inf if model.gate is None else model.gate * model.gate
-    since, now, last_integrals = start.stamp_ns, law.part(start.estimate), start.integrals_s
+    since, now, last_integrals = start.stamp_ns, start.estimate, start.integrals_s
     outliers, trust, left_out = list(start.outliers), start.used, list[Outlier]()
-    stamps, numbers, fate = [since], list(now), bytearray()
+    stamps, states, fate = [since], [now], bytearray()
     integrals, gained = list(last_integrals), tuple[float, ...]()
     rows = integrals_s if model.coefficients else repeat(last_integrals, len(stamp_ns))
     for stamp, phase, sigma, reached in zip(stamp_ns, phase_s, sigma_s, rows, strict=True):
@@ -520,10 +426,9 @@ def filter_phases(
         elapsed = (stamp - since) / NS_PER_S
         if last_integrals:
             gained = tuple(map(sub, reached, last_integrals))
-        ahead = ahead_of(now, elapsed, *noise, *gained)
-        ahead = wandered(ahead, xx, model, model.under_way_s(since, stamp))
-        innovation = phase - ahead[0]
-        s = ahead[xx] + r
+        ahead = predict(now, elapsed, model, gained, model.under_way_s(since, stamp))
+        innovation = phase - ahead.x
+        s = ahead.xx + r
         if innovation * innovation > limit * s:
             # Simulated: the first observation is always used, since only a prior contradicts it.
             # Of two that disagree either may be the blunder, and the next one decides.
@@ -539,24 +444,21 @@ def filter_phases(
                 fate.append(REFUSED)
                 continue
             # in zero time the rate cannot have changed
-            estimate = law.whole(start.estimate, ahead)
-            ahead = law.part(reopen(estimate, innovation, elapsed or math.inf))
-            s, trust = ahead[xx] + r, 0
+            ahead = reopen(ahead, innovation, elapsed or math.inf)
+            s, trust = ahead.xx + r, 0
             fate.append(REOPENED)
         else:
             fate.append(USED)
-        now, since, outliers = corrected(ahead, innovation, s, r), stamp, []
+        now, since, outliers = corrected(ahead, innovation, s, r, model), stamp, []
         trust += 1
         stamps.append(stamp)
-        numbers += now
+        states.append(now)
         if last_integrals:
             last_integrals = tuple(reached)
             integrals += last_integrals
-    table = np.array(numbers, np.float64).reshape(len(stamps), len(law.fields))
-    base = same_fields(start.estimate, (np.full(len(stamps), term) for term in start.estimate))
     return Filtered(
         np.array(stamps, np.int64),
-        law.whole(base, tuple(table.T)),
+        now._make(np.array(states, np.float64).T),
         np.frombuffer(bytes(fate), np.int8),
         start,
         tuple(left_out),
