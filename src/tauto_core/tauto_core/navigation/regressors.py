@@ -190,7 +190,62 @@ def integral_names(covariates: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(f'{name}_integral_s' for name in covariates)
 
 
-class Regressors(MotionRegressors):
+class SampledRegressors(MotionRegressors):
+    """Sums the integrals of polynomials between samples.
+
+    Attributes:
+        name: the measured quantity, in the names of counters.
+        valid_s: validity of the last sample [s].
+    """
+
+    name: ClassVar[str]
+    valid_s: ClassVar[float]
+    state_names: ClassVar[tuple[str, ...]] = ('stamp', 'piece', 'integral', 'last', 'health')
+
+    def __init__(self, width: int, numbers: int) -> None:
+        self._stamp = np.empty(0, np.int64)
+        # numbers that give the polynomial after each sample, X at the samples
+        self._piece, self._integral = np.empty((0, numbers)), np.empty((0, width))
+        self._last = np.zeros((1, width))
+        self._health = {f'{self.name}_refused': 0, f'{self.name}_unknown': 0}
+
+    def at(self, stamp_ns: IntArray) -> FloatArray:
+        """Return the integrals at increasing stamps [s], (n, c), and drop earlier ones.
+
+        Stamps before the first sample have its integrals. They and late ones are counted.
+        """
+        stamps, late = self._stamp, np.ones(len(stamp_ns), bool)
+        result = np.repeat(self._last, len(stamp_ns), axis=0)
+        if len(stamps) and len(stamp_ns):
+            at = np.maximum(stamp_ns, stamps[0])
+            late = (at > stamp_ns) | (at - stamps[-1] > self.valid_s * NS_PER_S)
+            place = np.searchsorted(stamps, at, 'right') - 1
+            since = (at - stamps[place]) / NS_PER_S
+            result = self._integral[place] + self._grown(place, since)
+            self._forget(int(place[-1]))
+        self._health[f'{self.name}_unknown'] += int(np.count_nonzero(late))
+        if self.valid_s and len(late):
+            self.lost = (self.name,) if late[-1] else ()
+        return result
+
+    def _grown(self, place: IntArray, since: FloatArray) -> FloatArray:
+        """Return the growth of X in times from the samples at some places [s], (n, c)."""
+        raise NotImplementedError
+
+    def _extend(self, stamps: IntArray, pieces: FloatArray, areas: FloatArray) -> None:
+        """Take the next samples, and the growth of X up to each."""
+        sums = np.cumsum(np.concatenate((self._last, areas)), axis=0)
+        self._stamp = np.concatenate((self._stamp, stamps))
+        self._piece = np.concatenate((self._piece, pieces))
+        self._integral = np.concatenate((self._integral, sums[len(sums) - len(stamps) :]))
+        self._last = self._integral[-1:].copy()
+
+    def _forget(self, count: int) -> None:
+        self._stamp, self._piece = self._stamp[count:], self._piece[count:]
+        self._integral = self._integral[count:]
+
+
+class Regressors(SampledRegressors):
     """Integrates the regressors over `ship/imu`. The result does not depend on batches.
 
     Args:
@@ -200,7 +255,8 @@ class Regressors(MotionRegressors):
     """
 
     inputs = (SHIP_IMU,)
-    state_names = ('stamp', 'value', 'integral', 'last', 'usual', 'swung', 'health')
+    name, valid_s = 'motion', 0.0
+    state_names = (*SampledRegressors.state_names, 'usual', 'swung')
 
     def __init__(self, scene: Scene, *, live: bool) -> None:
         laws = {'heave': self._heave, 'roll': _roll}
@@ -222,10 +278,8 @@ class Regressors(MotionRegressors):
             longest_ns = max(round(MAX_GAP_S * NS_PER_S), 2 * scene.step_ns * scene.lies_still)
             self._continuity = Continuity(scene.step_ns, longest_ns)
         width = len(self._columns)
-        self._stamp: IntArray = np.empty(0, np.int64)
-        self._value, self._integral = np.empty((0, width)), np.empty((0, width))
-        self._last, self._usual = np.zeros((1, width)), np.zeros(width)
-        self._health = {'motion_refused': 0, 'motion_gaps': 0, 'motion_unknown': 0}
+        super().__init__(width, width)
+        self._usual, self._health['motion_gaps'] = np.zeros(width), 0
         begun = self.state()
         zero = np.zeros(1)
         self._add(imu_from_roll(np.zeros(1, np.int64), zero, zero, zero, zero))  # compiles
@@ -253,36 +307,17 @@ class Regressors(MotionRegressors):
                 if edges[1] > edges[0]:
                     self._append(edges, np.stack([self._usual, self._usual]))
                 elif begins_ns <= self._stamp[-1]:  # stamps have gone back: another time begins
-                    empty = slice(0, 0)
-                    self._stamp, self._value = self._stamp[empty], self._value[empty]
-                    self._integral = self._integral[empty]
+                    self._forget(len(self._stamp))
             self._add(run.imu)
 
-    def at(self, stamp_ns: IntArray) -> FloatArray:
-        """Return the integrals at increasing stamps [s], (n, c), and drop earlier ones.
-
-        Stamps before the first sample have its integrals. After the last one they grow as usual.
-        Both are counted.
-        """
-        stamps = self._stamp
-        if not len(stamps) or not len(stamp_ns):
-            self._health['motion_unknown'] += len(stamp_ns)
-            return np.repeat(self._last, len(stamp_ns), axis=0)
-        at = np.maximum(stamp_ns, stamps[0])
-        lower = np.searchsorted(stamps, at, 'right') - 1
-        upper = np.minimum(lower + 1, len(stamps) - 1)
-        since = ((at - stamps[lower]) / NS_PER_S)[:, None]
-        step = (np.maximum(stamps[upper] - stamps[lower], 1) / NS_PER_S)[:, None]
-        rise = (self._value[upper] - self._value[lower]) / step
-        late = at > stamps[-1]
-        growth = since * (self._value[lower] + 0.5 * rise * since)
-        growth = np.where(late[:, None], self._usual * since, growth)
-        self._health['motion_unknown'] += int(np.count_nonzero(late | (at > stamp_ns)))
-        result: FloatArray = self._integral[lower] + growth
-        begin = int(lower[-1])
-        self._stamp, self._value = stamps[begin:], self._value[begin:]
-        self._integral = self._integral[begin:]
-        return result
+    def _grown(self, place: IntArray, since: FloatArray) -> FloatArray:
+        """Return the growth of X, linear in the regressor, and after the last sample as usual."""
+        stamps, value, elapsed = self._stamp, self._piece, since[:, None]
+        upper = np.minimum(place + 1, len(stamps) - 1)
+        step = (np.maximum(stamps[upper] - stamps[place], 1) / NS_PER_S)[:, None]
+        rise = (value[upper] - value[place]) / step
+        growth = elapsed * (value[place] + 0.5 * rise * elapsed)
+        return np.where((upper == place)[:, None], self._usual * elapsed, growth)
 
     def _add(self, imu: ImuSamples) -> None:
         stamps = imu.stamp_ns
@@ -317,13 +352,9 @@ class Regressors(MotionRegressors):
 
     def _append(self, stamps: IntArray, value: FloatArray) -> None:
         times = np.concatenate((self._stamp[-1:], stamps))
-        values = np.concatenate((self._value[-1:], value))
+        values = np.concatenate((self._piece[-1:], value))
         areas = 0.5 * (np.diff(times) / NS_PER_S)[:, None] * (values[:-1] + values[1:])
-        sums = np.cumsum(np.concatenate((self._last, areas)), axis=0)
-        self._stamp = np.concatenate((self._stamp, stamps))
-        self._value = np.concatenate((self._value, value))
-        self._integral = np.concatenate((self._integral, sums[len(sums) - len(stamps) :]))
-        self._last = self._integral[-1:].copy()
+        self._extend(stamps, value, areas)
 
     def state(self) -> State:
         """Return everything that the next result depends on."""
@@ -350,10 +381,9 @@ class Regressors(MotionRegressors):
 #
 #     x_gravity = (γ - E - g_ref)/(2 g_ref),
 #     x_temperature = T - T_ref [K],    x_temperature_squared = (T - T_ref)² [K²].
-#     x_temperature = T - T_ref [K],    x_temperature_squared = (T - T_ref)² [K²].
 
 
-class SlowRegressor(MotionRegressors):
+class SlowRegressor(SampledRegressors):
     """Integrates regressors that are linear or quadratic in time between samples.
 
     The result does not depend on batches. After the last sample the quantity stays constant,
@@ -364,26 +394,15 @@ class SlowRegressor(MotionRegressors):
         powers: exponents of the quantity in the regressors.
     """
 
-    state_names: ClassVar[tuple[str, ...]] = (
-        'stamp',
-        'piece',
-        'said',
-        'integral',
-        'last',
-        'health',
-    )
+    valid_s = STALE_S
+    state_names: ClassVar[tuple[str, ...]] = (*SampledRegressors.state_names, 'said')
     topic: ClassVar[str]
-    name: ClassVar[str]
-    """The measured quantity, in the names of counters."""
 
     def __init__(self, *, live: bool, powers: tuple[int, ...] = (1,)) -> None:
+        super().__init__(len(powers), 2)  # a, b of each piece
         self._live, self.powers = live, powers
         self.inputs = (self.topic,)
-        self._stamp: IntArray = np.empty(0, np.int64)
-        # a, b after each sample, the samples, X at them
-        self._piece, self._said = np.empty((0, 2)), np.empty((0, 0))
-        self._integral, self._last = np.empty((0, len(powers))), np.zeros((1, len(powers)))
-        self._health = {f'{self.name}_refused': 0, f'{self.name}_unknown': 0}
+        self._said = np.empty((0, 0))
 
     def usable(self, samples: Any) -> NDArray[np.bool_]:
         """Return which samples can be used."""
@@ -419,42 +438,21 @@ class SlowRegressor(MotionRegressors):
         pieces = self.pieces(stamps, values)
         if known_count:  # until now the last sample was constant
             self._piece[-1] = pieces[0]
-        areas = self._grown(pieces[:-1], np.diff(stamps) / NS_PER_S)
-        sums = np.cumsum(np.concatenate((self._last, areas)), axis=0)
-        self._stamp = np.concatenate((self._stamp, stamps[known_count:]))
-        self._piece = np.concatenate((self._piece, pieces[known_count:]))
-        self._integral = np.concatenate((self._integral, sums[known_count:]))
-        self._last, self._said = self._integral[-1:].copy(), values[-1:]
+        areas = self._of_pieces(pieces[:-1], np.diff(stamps) / NS_PER_S)
+        self._extend(stamps[known_count:], pieces[known_count:], areas)
+        self._said = values[-1:]
 
-    def at(self, stamp_ns: IntArray) -> FloatArray:
-        """Return the integrals at increasing stamps [s], (n, c), and drop earlier ones."""
-        stamps = self._stamp
-        if not len(stamps) or not len(stamp_ns):
-            self._health[f'{self.name}_unknown'] += len(stamp_ns)
-            self.lost = (self.name,) if len(stamp_ns) else self.lost
-            return np.repeat(self._last, len(stamp_ns), axis=0)
-        at = np.maximum(stamp_ns, stamps[0])
-        late = (at > stamp_ns) | (at - stamps[-1] > STALE_S * NS_PER_S)
-        self._health[f'{self.name}_unknown'] += int(np.count_nonzero(late))
-        self.lost = (self.name,) if late[-1] else ()
-        place = np.searchsorted(stamps, at, 'right') - 1
-        since = (at - stamps[place]) / NS_PER_S
-        result: FloatArray = self._integral[place] + self._grown(self._piece[place], since)
-        self._forget(int(place[-1]))
-        return result
+    def _grown(self, place: IntArray, since: FloatArray) -> FloatArray:
+        """Return the growth of X since some samples [s], (n, c)."""
+        return self._of_pieces(self._piece[place], since)
 
-    def _grown(self, piece: FloatArray, since: FloatArray) -> FloatArray:
-        """Return the growth of X in times from the beginning of pieces [s], (n, c)."""
+    def _of_pieces(self, piece: FloatArray, since: FloatArray) -> FloatArray:
         a, b = piece.T
         grown = {
             1: since * (a + 0.5 * b * since),
             2: since * (a * a + since * (a * b + b * b * since / 3.0)),
         }
         return np.column_stack([grown[power] for power in self.powers])
-
-    def _forget(self, count: int) -> None:
-        self._stamp, self._piece = self._stamp[count:], self._piece[count:]
-        self._integral = self._integral[count:]
 
 
 class Gravity(SlowRegressor):
