@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -117,38 +117,18 @@ SURE = 2.0
 """Standard errors that are added to the growth rate after the trial."""
 
 
-@dataclass(frozen=True)
-class Dial:
-    """Time by which the dial advances in a turn of the phase, and its rounding error [s]."""
-
-    nominal_s: float
-    rounding_s: float
-
-
+@dataclass
 class Limit:
-    """The processor time that trial runs may take together, and their progress.
+    """The processor time that trial runs may still take together, and that of compiling [s]."""
 
-    `tell` is called with the fraction done.
-    """
+    left_s: float = math.inf
+    compiling_s: float = COMPILING_S
 
-    def __init__(
-        self, most_s: float = math.inf, tell: Callable[[float], None] | None = None
-    ) -> None:
-        self.left_s, self._tell = most_s, tell
-        self.planned_s, self._done_s, self._compiling_s = math.inf, 0.0, COMPILING_S
-
-    def charge(self, spent_s: float, done_s: float, *, may_compile: bool) -> float:
-        """Add the cost of a part of a run [s] and return it without the time of compiling.
-
-        `done_s` is its motion times the work of the run, relative to one as asked. All runs
-        together have `planned_s`.
-        """
-        compiling_s = min(spent_s, self._compiling_s) if may_compile else 0.0
-        self._compiling_s -= compiling_s
+    def charge(self, spent_s: float, *, may_compile: bool) -> float:
+        """Add the cost of a part of a run [s] and return it without the time of compiling."""
+        compiling_s = min(spent_s, self.compiling_s) if may_compile else 0.0
+        self.compiling_s -= compiling_s
         self.left_s -= spent_s - compiling_s
-        self._done_s += done_s
-        if self._tell is not None:
-            self._tell(min(self._done_s / self.planned_s, 1.0))
         return spent_s - compiling_s
 
 
@@ -222,7 +202,8 @@ class _Ran:
 
 def try_out(
     scene: Scene,
-    dial: Dial,
+    nominal_s: float,
+    rounding_s: float,
     longest_s: float,
     tolerance: float | None,
     limit: Limit | None = None,
@@ -230,9 +211,11 @@ def try_out(
 ) -> TrialErrors:
     """Run the beginning of a scene as it is, with a finer tolerance, and with finer samples too.
 
-    `tolerance` is `None` if the propagator takes no steps, on a moving ship. The beginning lasts
-    at most `longest_s`, but at least two log intervals. Growth is followed `GROWTH_LENGTHS` times
-    as long. After `lasts_s` sampling causes no more errors, unless errors grow.
+    The dial advances by `nominal_s` in a turn of the phase, and its error by rounding is
+    `rounding_s`. `tolerance` is `None` if the propagator takes no steps, on a moving ship. The
+    beginning lasts at most `longest_s`, but at least two log intervals. Growth is followed
+    `GROWTH_LENGTHS` times as long. After `lasts_s` sampling causes no more errors, unless errors
+    grow.
     """
     limit = Limit() if limit is None else limit
     scene, ends_s = _closely_logged(scene, longest_s, tolerance), scene.duration
@@ -241,21 +224,19 @@ def try_out(
     stepping, thread = tolerance is not None, scene.trochlea and scene.trochlea.thread.kind
     # a wheel on land has one degree of freedom and no change with time: no chaos
     may_be_chaotic = stepping and (not scene.lies_still or thread == 'hanging')
-    limit.planned_s = (1 + stepping + (parts or 0)) * beginning.duration
-    limit.planned_s += 2 * may_be_chaotic * followed.duration
     # if a run costs more than planned, time is left for as much of the finer ones
     runs = [_run(beginning, limit, 0.5 * limit.left_s / WORK)]
     if runs[0].was_cut:
-        beginning = followed = _beginning(scene, _length_s(scene, runs[0]))
+        length_s = max(len(runs[0].phases) - 1, 0) * scene.log_interval_ns / NS_PER_S
+        beginning = followed = _beginning(scene, length_s)
     steps = sampling = growing = None
-    half_turn_s = 0.5 * dial.nominal_s
     if tolerance is not None:
         beginning = _stepped(beginning, max(FINER_TOLERANCE * tolerance, LEAST_TOLERANCE))
         runs.append(_run(beginning, limit))
-        steps = half_turn_s * _half_turns_apart(runs[0], runs[1])
+        steps = 0.5 * nominal_s * _half_turns_apart(runs[0], runs[1])
     if parts is not None:
-        runs.append(_run(_sampled_finer(beginning, parts), limit, work=parts))
-        sampling = half_turn_s * _half_turns_apart(runs[-2], runs[-1])
+        runs.append(_run(_sampled_finer(beginning, parts), limit))
+        sampling = 0.5 * nominal_s * _half_turns_apart(runs[-2], runs[-1])
     if tolerance is not None and may_be_chaotic:
         twin = _stepped(followed, min(tolerance, APART_TOLERANCE))
         runs += [_run(twin, limit, 0.5 * limit.left_s), _run(_released_apart(twin), limit)]
@@ -277,28 +258,28 @@ def try_out(
     grows = trial.growth is not None and trial.growth.grows
     sampled_s = ends_s if grows else min(lasts_s, ends_s)
     bounds = [
-        None if error is None else SAFETY * extrapolated(times, error, until_s, dial.rounding_s)
+        None if error is None else SAFETY * extrapolated(times, error, until_s, rounding_s)
         for error, until_s in zip(errors, (sampled_s, ends_s), strict=True)
     ]
-    rounding_s, until_s = 0.0, None
+    grown_rounding_s, until_s = 0.0, None
     if growing is not None and growing.found.is_chaotic:
         starts_s = [0.0 if error is None else growing.start_s(times, error) for error in errors]
         # steps of the random walk by rounding after an e-fold of the growth do not count
-        rounding = dial.rounding_s / math.sqrt(max(growing.found.per_s * ends_s, 1.0))
+        rounding = rounding_s / math.sqrt(max(growing.found.per_s * ends_s, 1.0))
         grown = growing.size_at(ends_s)
         bounds = [
             None if bound is None else min(max(bound, SAFETY * start_s * grown), ends_s)
             for bound, start_s in zip(bounds, starts_s, strict=True)
         ]
-        rounding_s = min(SAFETY * rounding * grown, ends_s)
+        grown_rounding_s = min(SAFETY * rounding * grown, ends_s)
         until_s = growing.time_of(
-            LEGIBLE * dial.nominal_s / (SAFETY * (sum(starts_s) + rounding)), ends_s
+            LEGIBLE * nominal_s / (SAFETY * (sum(starts_s) + rounding)), ends_s
         )
     return replace(
         trial,
         sampling_s=bounds[0],
         steps_s=bounds[1] if stepping else 0.0,
-        rounding_s=rounding_s,
+        rounding_s=grown_rounding_s,
         until_s=until_s,
     )
 
@@ -316,23 +297,16 @@ def _closely_logged(scene: Scene, longest_s: float, tolerance: float | None) -> 
         return scene
     step_ns = 1 if scene.lies_still else scene.step_ns
     steps, most_steps = scene.log_interval_ns // step_ns, int(most_ns / step_ns)
-    propagator = make_propagator(
-        compile_machine(scene), still=scene.lies_still, tolerance=tolerance
-    )
-    fill = steps_in(propagator)
-
-    def logged(samples: int) -> Scene:
-        interval_s = samples * step_ns / NS_PER_S
-        log = scene.log.model_copy(update={'interval': interval_s})
-        return scene.model_copy(update={'log': log})
-
+    machine = compile_machine(scene)
+    fill = steps_in(make_propagator(machine, still=scene.lies_still, tolerance=tolerance))
     piece = samples_a_piece(scene, fill)
     fewest = math.ceil(scene.log_interval_ns / most_ns)
     # fractions of the interval reach the end of the scene; otherwise any number of steps
     parts = (steps // n for n in range(fewest, 4 * fewest) if steps % n == 0)
     numbers = range(most_steps, max(most_steps - 4 * MAX_STRIDE, 0), -1)
     for samples in (*parts, *numbers):
-        closer = logged(samples)
+        log = scene.log.model_copy(update={'interval': samples * step_ns / NS_PER_S})
+        closer = scene.model_copy(update={'log': log})
         if samples_a_piece(closer, fill) == piece:
             return closer
     return scene
@@ -372,21 +346,17 @@ def _released_apart(scene: Scene) -> Scene:
     return scene.model_copy(update={'trochlea': released})
 
 
-def _length_s(scene: Scene, ran: _Ran) -> float:
-    return max(len(ran.phases) - 1, 0) * scene.log_interval_ns / NS_PER_S
-
-
 def _half_turns_apart(a: _Ran, b: _Ran) -> FloatArray:
     count = min(len(a.phases), len(b.phases))
     difference: FloatArray = (a.phases[:count] - b.phases[:count]).sum(axis=1)
     return difference
 
 
-def _run(scene: Scene, limit: Limit, most_s: float = math.inf, work: float = 1.0) -> _Ran:
+def _run(scene: Scene, limit: Limit, most_s: float = math.inf) -> _Ran:
     """Run a scene to its end, or to the last logged instant before an error in its motion."""
     while True:
         try:
-            return _sailed(scene, limit, min(most_s, limit.left_s), work)
+            return _sailed(scene, limit, min(most_s, limit.left_s))
         except PropagationError as ended:
             interval_s = scene.log_interval_ns / NS_PER_S
             logs = math.ceil(min(ended.time_s, scene.duration) / interval_s) - 1
@@ -395,7 +365,7 @@ def _run(scene: Scene, limit: Limit, most_s: float = math.inf, work: float = 1.0
             scene = scene.model_copy(update={'duration': logs * interval_s})
 
 
-def _sailed(scene: Scene, limit: Limit, most_s: float, work: float) -> _Ran:
+def _sailed(scene: Scene, limit: Limit, most_s: float) -> _Ran:
     """Return the readings of a run until it ends or has used its processor time."""
     motion, stage, phases = ShipMotion(scene), TrochleaStage(scene), [np.empty((0, 2))]
     step_s, chunk, reached_s, spent_s, cut = scene.step_ns / NS_PER_S, FIRST_CHUNK, 0.0, 0.0, False
@@ -425,7 +395,7 @@ def _sailed(scene: Scene, limit: Limit, most_s: float, work: float) -> _Ran:
             batches[SHIP_TEMPERATURE] = TemperatureSamples(stamps, '', box.at(logs), zeros)
         take(stage.feed(batches))
         took_s, moved_s = time.thread_time() - began_s, len(imu.stamp_ns) * step_s
-        spent_s += limit.charge(took_s, work * moved_s, may_compile=reached_s < COMPILED_S)
+        spent_s += limit.charge(took_s, may_compile=reached_s < COMPILED_S)
         costs.append([took_s, moved_s])
         reached_s += moved_s
         chunk = min(2 * chunk, CHUNK) if took_s < CHUNK_S else max(chunk // 2, FIRST_CHUNK)
@@ -614,16 +584,21 @@ def forecast(
 ) -> Forecast:
     """Return the expected cost and error of a scene that runs, with its machine.
 
-    `progress` is called with the fraction done of the trials. They take about `trial_s` of
-    processor time, by default `TRIAL_RUN_S`, and as much for growth [s].
+    `progress` is called with the fraction of the seas that were tried. The trials take about
+    `trial_s` of processor time, by default `TRIAL_RUN_S`, and as much for growth [s].
     """
     trial_s = TRIAL_RUN_S if trial_s is None else trial_s
+    still = scene.lies_still
     if isinstance(machine, AxleClock):
-        return _forecast_on_axle(scene, machine)
+        # at sea, or if the axle slips, no bound is known
+        lost_s = scene.duration * AXLE_ERROR if still and machine.contact != 'coulomb' else None
+        step_s = AXLE_PHASE_A_STEP / machine.fastest
+        rounding_s = _rounding_s(scene.duration, step_s, machine.small_period)
+        return _of_lost(scene, lost_s, rounding_s, None if still else _shortest_wave_s(scene))
     if isinstance(machine, FluidPendulum):
-        return _forecast_in_fluid(scene, machine)
+        rounding_s = 0.5 * machine.small_period * UNIT_ROUNDING
+        return _of_lost(scene, scene.duration * PERIOD_ERROR, rounding_s)
     assert not isinstance(machine, OtherRegulator)
-    still, swing_s = scene.lies_still, _swing_s(machine)
     name = propagator_name(machine, still=still)
     stepping = name == 'collocation'
     nominal_s = nominal_period_s(scene, machine)
@@ -639,25 +614,27 @@ def forecast(
     trials: list[tuple[float, TrialErrors, Scene, dict[str, Any] | None]] = []
     for sea in seas:
         in_sea = scene.model_copy(update={'ship': sea.ship})
-        limit = Limit(
-            LONGEST_TRIAL_S * trial_s / TRIAL_RUN_S / len(seas),
-            partial(_tell, progress, len(trials), len(seas)),
-        )
         trial = try_out(
             in_sea,
-            Dial(nominal_s, rounding_s),
+            nominal_s,
+            rounding_s,
             longest_s,
             tolerance(scene, machine) if stepping else None,
-            limit,
+            Limit(LONGEST_TRIAL_S * trial_s / TRIAL_RUN_S / len(seas)),
             sea.lasts_s,
         )
         unknown = trial.steps_s is None or not (in_sea.lies_still or trial.sampling_s is not None)
         parts_s = (trial.sampling_s or 0.0) + (trial.steps_s or 0.0) + trial.rounding_s
         state = None if sea.figures is None else {'why': sea.why, **sea.figures}
         trials.append((math.inf if unknown else parts_s, trial, in_sea, state))
+        if progress is not None:
+            progress(len(trials) / len(seas))
     parts_s, trial, in_sea, state = max(trials, key=lambda row: row[0])
     rounding_s += trial.rounding_s
     is_known = math.isfinite(parts_s) and trial.until_s is None
+    swing_s = machine.small_period
+    with suppress(CamRangeError, SlackThreadError):  # not free as released
+        swing_s = machine.period(machine.release_angle)
     return Forecast(
         run_s=scene.duration * trial.cost_a_second,
         steps_a_swing=swing_s / step_s if stepping else None,
@@ -725,27 +702,6 @@ def missed_words(result: Mapping[str, Any]) -> str:
 
 def _stated(error_s: float) -> float:
     return max(error_s + 0.5 * RESOLUTION_S, RESOLUTION_S)
-
-
-def _tell(progress: Callable[[float], None] | None, count: int, seas: int, share: float) -> None:
-    if progress is not None:
-        progress((count + share) / seas)
-
-
-def _forecast_in_fluid(scene: Scene, machine: FluidPendulum) -> Forecast:
-    rounding_s = 0.5 * machine.small_period * UNIT_ROUNDING
-    return _of_lost(scene, scene.duration * PERIOD_ERROR, rounding_s)
-
-
-def _forecast_on_axle(scene: Scene, machine: AxleClock) -> Forecast:
-    """Return cost and error. At sea, or if the axle slips, no bound is known."""
-    is_known = scene.lies_still and machine.contact != 'coulomb'
-    return _of_lost(
-        scene,
-        scene.duration * AXLE_ERROR if is_known else None,
-        _rounding_s(scene.duration, AXLE_PHASE_A_STEP / machine.fastest, machine.small_period),
-        None if scene.lies_still else _shortest_wave_s(scene),
-    )
 
 
 def _of_lost(
@@ -838,11 +794,3 @@ def scene_waves(scene: Scene) -> Waves:
     )
     sway = abs(scene.ship.height) * rolls[0] * rolls[1] ** 2 / scene.g
     return Waves(np.concatenate([rolls[1], heaves[1]]), np.concatenate([sway, 0.0 * heaves[1]]))
-
-
-def _swing_s(machine: AnyMachine) -> float:
-    """Return the period of the swing as released, or of small swings if that is not free."""
-    try:
-        return machine.period(machine.release_angle)
-    except (CamRangeError, SlackThreadError):
-        return machine.small_period
