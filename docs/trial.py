@@ -31,7 +31,8 @@ from tauto_core.ensembles.answers import (
 )
 from tauto_core.ensembles.rows import Row, read_rows
 from tauto_core.ensembles.trials import Choice, Trial, TriedClock
-from tauto_core.plots.ensembles import draw_trial
+from tauto_core.files import write_figure
+from tauto_core.plots.ensembles import trial_figure
 from tauto_core.scene.loader import read_mapping
 from tauto_core.ship.logbook import read_passages
 from tauto_core.wording import counted, figure, place
@@ -253,7 +254,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         page.write_text(renewed(page.read_text('utf-8'), made), 'utf-8')
     with PASSAGES.open('w', encoding='utf-8', newline='') as file:
         csv.writer(file, lineterminator='\n').writerows(passage_rows(trial, answers))
-    draw_trial(trial, rows, answers, PICTURE)
+    write_figure(lambda: trial_figure(trial, rows, answers), PICTURE)
     lighten(PICTURE)
 
 

@@ -13,7 +13,8 @@ from tauto_core.cli.tables import comparison_table, failures
 from tauto_core.ensembles import rows as stored
 from tauto_core.ensembles.comparison import Comparison, Row, Stop
 from tauto_core.ensembles.workers import Ended, WorkerError
-from tauto_core.plots.ensembles import draw_comparison, side_by_side
+from tauto_core.files import write_figure
+from tauto_core.plots.ensembles import comparison_figure
 
 # one closed form in two seas: the whole path without a kernel that must be compiled
 CHEAP = ('compare', 'second_cam_at_sea', '--duration', '600', '--jobs', '1')
@@ -134,7 +135,7 @@ def test_the_figure_is_the_same_each_time(tmp_path: Path) -> None:
         result = Comparison(172_800.0, 1800.0, 1.0, some)
         files = [tmp_path / f'{name}{k}.svg' for k in range(2)]
         for file in files:
-            draw_comparison(result, file)
+            write_figure(lambda shown=result: comparison_figure(shown), file)
         first, second = (file.read_bytes() for file in files)
         assert first == second
         assert first.lstrip().startswith(b'<?xml')
@@ -143,7 +144,7 @@ def test_the_figure_is_the_same_each_time(tmp_path: Path) -> None:
 def test_the_figure_shows_the_limits_of_the_act_if_it_judges() -> None:
     unpaid = {'raw_prize_pounds': None, 'prize_pounds': None}
     for some, bands in ((row('a', False, 5.0), 1), (row('a', False, 5.0, **unpaid), 0)):
-        figure = side_by_side(Comparison(172_800.0, 1800.0, 1.0, [some]))
+        figure = comparison_figure(Comparison(172_800.0, 1800.0, 1.0, [some]))
         assert len(figure.axes[0].patches) == bands
         named = [text.get_text() for text in figure.legends[0].get_texts()]
         assert ('within 30 miles at the equator' in named) == bool(bands)

@@ -175,6 +175,15 @@ def _plots(plot: Files, argument: str = 'plot') -> list[Path]:
     return paths
 
 
+def _draw(files: Iterable[Path], figure: str, *of: object) -> None:
+    """Write a figure of `plots.ensembles` to files."""
+    for file in files:
+        from tauto_core.files import write_figure
+        from tauto_core.plots import ensembles
+
+        write_figure(lambda: getattr(ensembles, figure)(*of), file)
+
+
 def _range(name: str, ends: Range, unit: str = '') -> tuple[float, float]:
     """Return both bounds of a range, or raise UsageError."""
     bounds: object = ends
@@ -861,10 +870,7 @@ def logbook(
         if drawn:  # only a map needs all entries at once
             passages.append(record)
     if passages:
-        from tauto_core.plots.ensembles import draw_passages
-
-        for picture in drawn:
-            draw_passages(passages, picture)
+        _draw(drawn, 'passages_figure', passages)
     return rows
 
 
@@ -1050,10 +1056,7 @@ def compare(
         overrides=_by_path(overrides),
     )
     result = comparison.compare(entries, jobs=_jobs(jobs), progress=progress)
-    for picture in drawn:
-        from tauto_core.plots.ensembles import draw_comparison
-
-        draw_comparison(result, picture)
+    _draw(drawn, 'comparison_figure', result)
     return result
 
 
@@ -1113,16 +1116,10 @@ def fleet(
     plan = fleets.Plan(loaded, _origin(scene), count, draws, drawn_by, anyway)
     for warning in plan.warnings:
         _tell(warning)
-    result = fleets.sail_fleet(plan, processes, where, _counted(progress, count))
-    for picture in drawn:
-        from tauto_core.plots.ensembles import draw_fleet
-
-        draw_fleet(result, picture)
+    report = None if progress is None else lambda done: progress(done, count)
+    result = fleets.sail_fleet(plan, processes, where, report)
+    _draw(drawn, 'fleet_figure', result)
     return result
-
-
-def _counted(progress: Counting | None, total: int) -> Progress | None:
-    return None if progress is None else lambda done: progress(done, total)
 
 
 def trial(
@@ -1208,12 +1205,10 @@ def trial(
             _tell(f'{clock.name}: is not tried with thermometer and IMU: {clock.why_unsensed}')
     where = None if out is None else path('out', out)
     count = len(trial.passages) * len(trial.clocks)
-    rows = trials.sail_trial(trial, processes, where, _counted(progress, count))
+    report = None if progress is None else lambda done: progress(done, count)
+    rows = trials.sail_trial(trial, processes, where, report)
     answers = replace(answers_of(trial, rows), keys_left_out=trials.replaced_by_log(loaded))
-    for picture in drawn:
-        from tauto_core.plots.ensembles import draw_trial
-
-        draw_trial(trial, rows, answers, picture)
+    _draw(drawn, 'trial_figure', trial, rows, answers)
     return answers
 
 

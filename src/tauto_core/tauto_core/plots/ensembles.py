@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from tauto_core.ensembles.answers import ERRORS, WAYS, TrialAnswers, sizes_nmi
-from tauto_core.ensembles.comparison import Comparison, Row
+from tauto_core.ensembles.comparison import Comparison
+from tauto_core.ensembles.comparison import Row as ClockRow
 from tauto_core.ensembles.fleets import Fleet
+from tauto_core.ensembles.rows import Row
 from tauto_core.ensembles.trials import Trial
-from tauto_core.files import write_figure
 from tauto_core.navigation.longitude import ARCMIN_PER_S, AWARDS
 from tauto_core.plots.chart import draw_land
 from tauto_core.samples import FloatArray
@@ -33,6 +33,9 @@ LEAST_NMI, MOST_NMI = 1.0, 3000.0
 RATIO = 1.75
 """Width of a map over its height."""
 
+LEAST_SHOWN_NMI = 0.01
+"""Left end of the axis of errors [nmi]. Below 20 m ships cannot be distinguished."""
+
 _LINES = {'raw': (0, (4, 2)), 'corrected': '-', 'sensed': (0, (1, 1))}
 _LABELS = {
     'raw': 'the dial alone',
@@ -41,28 +44,18 @@ _LABELS = {
 }
 
 
-def draw_passages(passages: Sequence[LoggedPassage], path: Path) -> None:
-    """Draw the tracks of passages, at least one. Replace the file, .svg, .png or .pdf."""
+def passages_figure(passages: Sequence[LoggedPassage]) -> Figure:
+    """Return the figure of the tracks of passages, at least one."""
     from matplotlib.figure import Figure
 
-    def made() -> Figure:
-        figure = Figure(figsize=(8.0, 5.0), layout='constrained')
-        axes = figure.subplots()
-        _map(axes, [_places(passage) for passage in passages])
-        axes.set_title(counted(len(passages), 'passage'), loc='left', fontsize=10.0)
-        return figure
-
-    write_figure(made, path)
+    figure = Figure(figsize=(8.0, 5.0), layout='constrained')
+    axes = figure.subplots()
+    _map(axes, [_places(passage) for passage in passages])
+    axes.set_title(counted(len(passages), 'passage'), loc='left', fontsize=10.0)
+    return figure
 
 
-def draw_trial(
-    trial: Trial, rows: Sequence[dict[str, Any]], answers: TrialAnswers, path: Path
-) -> None:
-    """Draw a trial that has been sailed. Replace the file, .svg, .png or .pdf."""
-    write_figure(lambda: trial_figure(trial, rows, answers), path)
-
-
-def trial_figure(trial: Trial, rows: Sequence[dict[str, Any]], answers: TrialAnswers) -> Figure:
+def trial_figure(trial: Trial, rows: Sequence[Row], answers: TrialAnswers) -> Figure:
     """Return the figure: the tracks of the first clock, and the distribution of the errors."""
     from matplotlib.figure import Figure
 
@@ -84,7 +77,13 @@ def trial_figure(trial: Trial, rows: Sequence[dict[str, Any]], answers: TrialAns
     ticks = [1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0]
     bar.set_ticks(ticks, labels=[f'{tick:,.0f}' for tick in ticks])
     bar.minorticks_off()
-    _trial_shares(below, answers)
+    several = len(answers.clocks) > 1
+    for place, tried in enumerate(answers.clocks):
+        own = [row for row in answers.voyages if row['clock'] == tried.clock]
+        for way in ['corrected'] if several else tried.ways:
+            label = tried.clock if several else _LABELS[way]
+            _step(below, sizes_nmi(own, WAYS[way]), way, label, f'C{place}')
+    _within(below, 'passage', 'passages', 'rated in harbour' if several else '')
     return figure
 
 
@@ -126,46 +125,28 @@ def _map(
     return drawn
 
 
-LEAST_SHOWN_NMI = 0.1
-"""Left end of the axis of errors [nmi]."""
-
-
-def _trial_shares(axes: Axes, answers: TrialAnswers) -> None:
-    several = len(answers.clocks) > 1
-    for place, clock in enumerate(answers.clocks):
-        for way in ['corrected'] if several else clock.ways:
-            rows = [row for row in answers.voyages if row['clock'] == clock.clock]
-            sizes = sizes_nmi(rows, WAYS[way])
-            label = clock.clock if several else _LABELS[way]
-            style = {'color': f'C{place}', 'linestyle': _LINES[way], 'linewidth': 1.2}
-            _step(axes, sizes, LEAST_SHOWN_NMI, len(sizes), label=label, **style)
-    _within(axes, 'passage', 'passages')
-    axes.set_title('rated in harbour' if several else '', loc='left', fontsize=10.0)
-    axes.legend(frameon=False, loc='upper left', fontsize=7.0)
-
-
 # -----------------------------------------------------------------------------
 # A fleet: the distribution of the errors, and the keys with which they correlate.
 
-_CLOCKS = {'raw': ('the dial as set', '#003f88'), 'corrected': ('rated and corrected', '#c8553d')}
-_LEAST_NMI = 0.01
-"""Left end of the axis [nmi]. Below 20 m ships cannot be distinguished."""
-
-
-def draw_fleet(fleet: Fleet, path: Path) -> None:
-    """Draw a fleet that has sailed. Replace the file, .svg, .png or .pdf (`files.check_plot`)."""
-    write_figure(lambda: fleet_figure(fleet), path)
+_COLOURS = {'raw': '#003f88', 'corrected': '#c8553d'}
 
 
 def fleet_figure(fleet: Fleet) -> Figure:
     """Return the figure: distribution of the errors, and correlations of the drawn keys."""
     from matplotlib.figure import Figure
 
-    ranked = fleet.answers.influences
+    answers, ships = fleet.answers, len(fleet.rows)
+    ranked = answers.influences
     heights = [3.6] + [0.9 + 0.32 * len(ranked)] * bool(ranked)
     figure = Figure(figsize=(7.0, sum(heights)), layout='constrained')
     grid = figure.subplots(len(heights), 1, squeeze=False, height_ratios=heights)
-    _fleet_shares(grid[0, 0], fleet)
+    for way, colour in _COLOURS.items():
+        _step(grid[0, 0], sizes_nmi(fleet.rows, ERRORS[way]), way, _LABELS[way], colour)
+    judged, failed = answers.within is not None, sum(answers.failures.values())
+    lost = f', {failed:,} of which failed' if failed else ''
+    alone = f', {answers.unchecked()}' if failed < ships and not judged else ''
+    title = f'{fleet.plan.scene.name}: {ships:,} ships{lost}{alone}'
+    _within(grid[0, 0], 'voyage', 'ships', title, judged=judged)
     if ranked:
         _tornado(grid[1, 0], fleet)
     for axes in grid[:, 0]:
@@ -174,29 +155,15 @@ def fleet_figure(fleet: Fleet) -> Figure:
     return figure
 
 
-def _fleet_shares(axes: Axes, fleet: Fleet) -> None:
-    ships, judged = len(fleet.rows), fleet.answers.within is not None
-    failed = sum(fleet.answers.failures.values())
-    for clock, (label, colour) in _CLOCKS.items():
-        dashes: Any = '-' if clock == 'corrected' else (0, (4, 2))
-        # shares of all ships, including those that failed
-        style = {'color': colour, 'linewidth': 1.4, 'linestyle': dashes, 'label': label}
-        sizes = sizes_nmi(fleet.rows, ERRORS[clock])
-        _step(axes, sizes[np.isfinite(sizes)], _LEAST_NMI, ships, **style)
-    _within(axes, 'voyage', 'ships', judged=judged)
-    lost = f', {failed:,} of which failed' if failed else ''
-    alone = f', {fleet.answers.unchecked()}' if failed < ships and not judged else ''
-    title = f'{fleet.plan.scene.name}: {ships:,} ships{lost}{alone}'
-    axes.set_title(title, loc='left', fontsize=10.0)
-    axes.legend(frameon=False, loc='upper left')
+def _step(axes: Axes, sizes: FloatArray, way: str, label: str, colour: str) -> None:
+    """Draw the distribution of errors, infinite for clocks that did not arrive."""
+    ends = np.concatenate(([LEAST_SHOWN_NMI], np.sort(np.maximum(sizes, LEAST_SHOWN_NMI))))
+    shares = np.linspace(0.0, 100.0, len(ends))
+    style: dict[str, Any] = {'color': colour, 'linestyle': _LINES[way], 'linewidth': 1.3}
+    axes.step(ends, shares, where='post', label=label, **style)
 
 
-def _step(axes: Axes, sizes: FloatArray, floor: float, ships: int, **style: Any) -> None:
-    ends = np.concatenate(([floor], np.sort(np.maximum(sizes, floor))))
-    axes.step(ends, 100.0 * np.arange(len(ends)) / ships, where='post', **style)
-
-
-def _within(axes: Axes, voyage: str, ships: str, *, judged: bool = True) -> None:
+def _within(axes: Axes, voyage: str, ships: str, title: str, *, judged: bool = True) -> None:
     """Label the axes of a distribution of errors, and draw the limits of the prizes of 1714."""
     for limit, pounds in AWARDS * judged:
         axes.axvline(limit, color='#777777', linewidth=0.8, linestyle=':')
@@ -211,6 +178,8 @@ def _within(axes: Axes, voyage: str, ships: str, *, judged: bool = True) -> None
             zorder=3.0,  # above the curves
             bbox={'facecolor': 'white', 'edgecolor': 'none', 'alpha': 0.8, 'pad': 0.5},
         )
+    axes.set_title(title, loc='left', fontsize=10.0)
+    axes.legend(frameon=False, loc='upper left', fontsize=8.0)
     axes.set_xscale('log')
     axes.set_ylim(0.0, 101.0)
     axes.set_xlabel(f'error of the longitude at the end of the {voyage} [nautical miles]')
@@ -221,10 +190,10 @@ def _within(axes: Axes, voyage: str, ships: str, *, judged: bool = True) -> None
 def _tornado(axes: Axes, fleet: Fleet) -> None:
     ranked = fleet.answers.influences[::-1]
     places = np.arange(len(ranked))
-    for offset, (clock, (label, colour)) in zip((0.2, -0.2), _CLOCKS.items(), strict=True):
-        values = [getattr(influence, clock) or 0.0 for influence in ranked]
-        axes.barh(places + offset, values, height=0.38, color=colour, label=label)
-        sizes = [getattr(influence, f'{clock}_size') or 0.0 for influence in ranked]
+    for offset, (way, colour) in zip((0.2, -0.2), _COLOURS.items(), strict=True):
+        values = [getattr(influence, way) or 0.0 for influence in ranked]
+        axes.barh(places + offset, values, height=0.38, color=colour)
+        sizes = [getattr(influence, f'{way}_size') or 0.0 for influence in ranked]
         axes.plot(sizes, places + offset, 'D', color='#222222', markersize=3.5)
     axes.axvline(0.0, color='#555555', linewidth=0.8)
     axes.set_xlim(-1.0, 1.0)
@@ -251,17 +220,12 @@ _STYLES: dict[bool, dict[str, Any]] = {
 }
 
 
-def draw_comparison(result: Comparison, path: Path) -> None:
-    """Draw a comparison, and replace the file, .svg, .png or .pdf (`files.check_plot`).
+def comparison_figure(result: Comparison) -> Figure:
+    """Return the figure: small panels with common axes.
 
     For clocks in one sea: errors against time, with the limit of the Act of 1714 if it judges the
     voyage. For several rolls: rates against the roll.
     """
-    write_figure(lambda: side_by_side(result), path)
-
-
-def side_by_side(result: Comparison) -> Figure:
-    """Return the figure: small panels with common axes."""
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
@@ -296,7 +260,7 @@ def side_by_side(result: Comparison) -> Figure:
     return figure
 
 
-def _errors(axes: Axes, rows: Sequence[Row]) -> None:
+def _errors(axes: Axes, rows: Sequence[ClockRow]) -> None:
     for row in rows:
         style = _STYLES[row.suspended]
         axes.plot([time / DAY_S for time in row.time_s], row.trace_s, **style)
@@ -305,7 +269,7 @@ def _errors(axes: Axes, rows: Sequence[Row]) -> None:
             axes.plot(row.stopped.at_s / DAY_S, error_s, 'x', color=style['color'])
 
 
-def _rates(axes: Axes, rows: Sequence[Row]) -> None:
+def _rates(axes: Axes, rows: Sequence[ClockRow]) -> None:
     """Draw rates on the panel's own scale. A force has a millionth of a weight's rates."""
     for hung, style in _STYLES.items():
         points = sorted(
