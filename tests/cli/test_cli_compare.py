@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -135,7 +136,7 @@ def test_the_figure_is_the_same_each_time(tmp_path: Path) -> None:
         result = Comparison(172_800.0, 1800.0, 1.0, some)
         files = [tmp_path / f'{name}{k}.svg' for k in range(2)]
         for file in files:
-            write_figure(lambda shown=result: comparison_figure(shown), file)
+            write_figure(partial(comparison_figure, result), file)
         first, second = (file.read_bytes() for file in files)
         assert first == second
         assert first.lstrip().startswith(b'<?xml')

@@ -86,27 +86,13 @@ def test_the_answer_comes_first_and_no_row_wraps(vary, tmp_path):
     assert (out / 'ships.parquet').exists()
 
 
-@pytest.mark.parametrize(
-    ('drawn', 'differ'),
-    [
-        ('', 'only the observations differ'),
-        ('clock.nominal_period', 'only clock.nominal_period and the observations differ'),
-        (
-            'clock.white_fm',
-            'only clock.white_fm and the noise of the clock and the observations differ',
-        ),
-        ('voyage.sails_at', 'only voyage.sails_at and the observations differ'),
-        ('trochlea.release_angle', ''),
-    ],
-)
-def test_differences_of_ships_in_the_same_motion_are_named(vary, drawn, differ):
+@pytest.mark.parametrize(('drawn', 'alike'), [('', True), ('trochlea.release_angle', False)])
+def test_ships_in_the_same_motion_are_named(vary, drawn, alike):
     """`measured` has recorded motion and a clock without noise."""
     vary.write_text(f'{drawn}: {{kind: uniform, low: 0.9, high: 1.1}}' if drawn else '{}')
     few = ('fleet', 'measured', '--ships', '2', '--duration', '60', '--jobs', '1')
     said = CliRunner().invoke(app, [*few, '--vary', str(vary)]).stderr
-    same = 'all ships meet the same motion, since ship.kind is recorded'
-    assert (same in said) == bool(differ)
-    assert differ in said
+    assert ('all ships meet the same motion, since ship.kind is recorded' in said) == alike
 
 
 def test_a_fleet_is_drawn_and_the_file_named(tmp_path):

@@ -87,13 +87,10 @@ def test_wrong_passages_are_left_out_and_told(tmp_path):
     [
         (['--skip-wrong'], '--skip-wrong: needs --logs'),
         (['--days', '42..'], '--days 42..: needs --logs'),
-        # the first in the order of the help
-        (['--ocean', 'x', '--port', 'y'], '--port y: needs --logs'),
         (['--logs', 'LOG', '--ships', '3'], '--ships 3: does not go with --logs'),
         (['--logs', 'LOG', '--days', 'long'], "--days = 'long': must be a number [d]"),
         (['--logs', 'LOG', '--days', '50..40'], '--days 50..40: must be a range'),
         (['--logs', 'LOG'], 'none of its 3 passages matches'),
-        (['--logs', 'LOG', '--ocean', 'baltic'], '--ocean baltic: is not one of North Atlantic'),
         (['--logs', 'absent.csv'], '--logs absent.csv: '),
         (['--logs', 'LOG', '--days', '0..', '--harbour-days', '-1'], 'harbour_days'),
     ],

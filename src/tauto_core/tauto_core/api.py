@@ -8,6 +8,7 @@ done, from 0 to 1.
 
 from __future__ import annotations
 
+import json
 import math
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -89,6 +90,9 @@ GONE = {
                 Argument('vary'),
             ),
         ),
+    ),
+    **dict.fromkeys(
+        ('port', 'ocean'), ('fleet', ArgumentText(': choose passages by ', Argument('years')))
     ),
     'local_time_s': (
         'fleet',
@@ -391,7 +395,7 @@ def budget(
 
     Args:
         scene: as for `load`.
-        out: write it to a file (.json), or to the folder of a voyage for its report.
+        out: store it in the folder of a voyage, for its report.
         duration: as for `load`.
         accuracy: as for `load`.
         jobs: processes at once.
@@ -409,13 +413,14 @@ def budget(
         TautoError: a bad scene, or an event that ends the motion.
     """
     from tauto_core.ensembles.budget import account, budget_file
+    from tauto_core.files import write_output
 
     processes = _jobs(jobs)
     loaded = _load(scene, overrides, duration=duration, accuracy=accuracy)
     place = None if out is None else budget_file(path('out', out), loaded)
     result = account(loaded, processes, progress, origin=_origin(scene), anyway=anyway)
     if place is not None:
-        result.write(place)
+        write_output(place, json.dumps(result.facts(), allow_nan=False, indent=1).encode())
     return result
 
 
@@ -1114,8 +1119,10 @@ def fleet(
         draws, drawn_by = fleets.as_draws(dict(vary or {}), 'vary', loaded), 'vary'
     count, where = whole('ships', ships), None if out is None else path('out', out)
     plan = fleets.Plan(loaded, _origin(scene), count, draws, drawn_by, anyway)
-    for warning in plan.warnings:
-        _tell(warning)
+    if not (loaded.ship.is_random or draws):
+        alike = f'all ships meet the same motion, since ship.kind is {loaded.ship.kind}. Let '
+        draw = ' draw a key of the machine or the ship'
+        _tell(ArgumentText(alike, Argument('vary'), draw))
     report = None if progress is None else lambda done: progress(done, count)
     result = fleets.sail_fleet(plan, processes, where, report)
     _draw(drawn, 'fleet_figure', result)
@@ -1129,8 +1136,6 @@ def trial(
     compare: Sequence[File | Scene] = (),
     days: Range = '42..',
     years: Range | None = None,
-    port: str | None = None,
-    ocean: str | None = None,
     sample: int | None = None,
     harbour_days: Quantity = 14.0,
     duration: Quantity | None = None,
@@ -1153,8 +1158,6 @@ def trial(
         compare: further clocks in the same sea, fixed to the ship. `clocks`: the built-in ones.
         days: length of the passages [d].
         years: years of the first entry.
-        port: from or to this port, or part of its name.
-        ocean: most entries in this ocean, as pacific.
         sample: this many of them, evenly over the list.
         harbour_days: days of rating before each [d].
         duration: cut a voyage at this time from its start [s].
@@ -1186,7 +1189,7 @@ def trial(
     every_year = (-math.inf, math.inf)
     between = _range('days', days, 'd'), every_year if years is None else _range('years', years)
     size = None if sample is None else whole('sample', sample)
-    choice = trials.Choice(*between, port, ocean, size)
+    choice = trials.Choice(*between, size)
     loaded, origin = _load(scene, overrides, accuracy=accuracy), _origin(scene)
     trial = trials.make_trial(
         logbook,

@@ -348,5 +348,5 @@ def test_it_is_kept_nowhere_else(tmp_path: Path) -> None:
     tauto.sail(scene).write(bag)
     with pytest.raises(UsageError, match='another scene'):
         budget_file(bag, made(duration=120.0))
-    with pytest.raises(UsageError, match='must end in'):
-        budget_file(tmp_path / 'budget.txt', scene)
+    with pytest.raises(UsageError, match='must be the folder of a voyage'):
+        budget_file(tmp_path / 'budget.json', scene)

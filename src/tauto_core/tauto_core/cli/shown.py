@@ -233,7 +233,7 @@ def budget(found: Budget, as_json: bool, given: Given) -> Said:
     from tauto_core.bags.write import BUDGET
 
     if out := given.get('out'):
-        say(f'wrote {out / BUDGET if out.is_dir() else out}')
+        say(f'wrote {out / BUDGET}')
     if as_json:
         return found.facts()
     from tauto_core.cli.tables import budget_tables

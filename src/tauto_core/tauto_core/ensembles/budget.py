@@ -25,7 +25,6 @@ from tauto_core.clockwork.trochlea import at_departure, nominal_period_s
 from tauto_core.curves.cams.corrected import EquivalentCam, LinearisedCam
 from tauto_core.curves.materials import material
 from tauto_core.ensembles.rows import Voyages, sail
-from tauto_core.files import check_place, write_output
 from tauto_core.machines import (
     AnyMachine,
     HangingMachine,
@@ -181,10 +180,6 @@ class Budget:
     def facts(self) -> dict[str, Any]:
         """Return the budget as a mapping for JSON."""
         return {'format': _FORMAT, 'sailed': self.sailed, **asdict(self)}
-
-    def write(self, file: Path) -> None:
-        """Write `facts` to a file. OutputError if it cannot be written."""
-        write_output(file, json.dumps(self.facts(), allow_nan=False, indent=1).encode())
 
 
 @dataclass(frozen=True)
@@ -657,17 +652,14 @@ def kept_budget(bag: Path) -> dict[str, Any] | None:
 
 
 def budget_file(out: Path, scene: Scene) -> Path:
-    """Return the file for a budget: in the folder of a voyage, or as named.
+    """Return the file for a budget in the folder of a voyage.
 
     Raises:
-        UsageError: neither the folder of a voyage of this scene nor a file ending in .json.
+        UsageError: it is not the folder of a voyage of this scene.
     """
     if not out.is_dir():
-        if out.suffix != '.json':
-            remedy = ': must end in .json, or be the folder of a voyage. Name another'
-            raise UsageError(Argument('out', out), remedy)
-        check_place(out, 'out')
-        return out
+        remedy = ': must be the folder of a voyage. For a file use `--json >FILE` or `facts()`'
+        raise UsageError(Argument('out', out), remedy)
     from tauto_core.bags import read_bag
 
     if bag_scene(read_bag(out)) != scene:

@@ -73,36 +73,30 @@ class Normal(Section):
         """Return a value. `value` is the scene's, which replaces a missing mean."""
         from scipy.stats import truncnorm
 
-        mean = _centre(value) if self.mean is None else self.mean
+        if self.mean is None and (isinstance(value, bool) or not isinstance(value, int | float)):
+            raise ValueError(f"is drawn about the scene's value, which is {value!r}, not a number")
+        mean = float(cast(float, value if self.mean is None else self.mean))
         low = -np.inf if self.low is None else (self.low - mean) / self.sigma
         high = np.inf if self.high is None else (self.high - mean) / self.sigma
         return float(mean + self.sigma * truncnorm.ppf(random.random(), low, high))
 
 
 class Uniform(Section):
-    """A uniform distribution, from `low` to `high` or about the scene's value."""
+    """A uniform distribution, from `low` to `high`."""
 
     kind: Literal['uniform']
-    low: Number | None = Field(default=None, description='least value')
-    high: Number | None = Field(default=None, description='largest value')
-    half_width: Positive | None = Field(
-        default=None, description="in place of low and high: about the scene's value"
-    )
+    low: Number = Field(description='least value')
+    high: Number = Field(description='largest value')
 
     @model_validator(mode='after')
-    def _refuse_half(self) -> Uniform:
-        if self.half_width is None and self.low is not None and self.high is not None:
-            _check_rising(self.low, self.high)
-        elif self.half_width is None or self.low is not None or self.high is not None:
-            raise _wrong('needs both low and high, or half_width alone')
+    def _refuse_empty(self) -> Uniform:
+        _check_rising(self.low, self.high)
         return self
 
     def draw(self, random: np.random.Generator, value: _Value | None) -> _Value:
         """Return a value. The arguments are explained in `Normal.draw`."""
-        if self.half_width is not None:
-            return _centre(value) + self.half_width * (2.0 * random.random() - 1.0)
-        low, high = cast(float, self.low), cast(float, self.high)
-        return low + (high - low) * random.random()
+        del value
+        return self.low + (self.high - self.low) * random.random()
 
 
 class OneOf(Section):
@@ -157,13 +151,18 @@ def as_draws(
     for key, distribution in content.items():
         unit = unit_at(scene, key)
         try:
-            draws[key] = _READER.validate_python(_in_numbers(distribution, unit))
+            stated = distribution
+            if unit is not None and isinstance(stated, dict):
+                stated = {
+                    name: in_unit(value, _asked(name, unit)) for name, value in stated.items()
+                }
+            draws[key] = _READER.validate_python(stated)
         except ValidationError as error:
             for detail in error.errors():
                 names = detail['loc'][1:]
                 full = '.'.join([key, *map(str, names)])
                 value = detail['input']
-                target = _asked(str(names[0]), unit) if names else None
+                target = _asked(str(names[0]), unit) if names and unit else None
                 why = misfit(value, target) if target and isinstance(value, str) else None
                 problem, remedy = why or (detail['msg'][:1].lower() + detail['msg'][1:], _EXAMPLE)
                 problems.append(Problem(full, value, problem, remedy))
@@ -172,23 +171,10 @@ def as_draws(
     return draws
 
 
-def _in_numbers(content: object, unit: str | None) -> object:
-    """Return a distribution with its texts, such as `20 um`, as numbers in a key's unit."""
-    if unit is None or not isinstance(content, dict):
-        return content
-    return {name: in_unit(value, str(_asked(name, unit))) for name, value in content.items()}
-
-
-def _asked(name: str, unit: str | None) -> str | None:
+def _asked(name: str, unit: str) -> str:
     """Return the unit of a number of a distribution. The spread of a temperature is in kelvin."""
-    is_temperature = unit is not None and (unit_of(unit) or unit_table()['K']).zero
-    return 'K' if is_temperature and name in ('sigma', 'half_width') else unit
-
-
-def _centre(value: _Value | None) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise ValueError(f"is drawn about the scene's value, which is {value!r}, not a number")
-    return float(value)
+    is_temperature = (unit_of(unit) or unit_table()['K']).zero
+    return 'K' if is_temperature and name == 'sigma' else unit
 
 
 def _check_rising(low: float, high: float) -> None:
@@ -265,23 +251,6 @@ class Plan:
             'versions': versions(),
         }
 
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """A warning if the motion is the same on all ships."""
-        ship, drawn = self.scene.ship, set(self.draws)
-        if ship.is_random or {key.partition('.')[0] for key in drawn} & _OF_THE_MOTION:
-            return ()
-        noisy = self.scene.clock.is_noisy or drawn & _NOISES
-        differ = [*sorted(drawn), *['the noise of the clock'] * bool(noisy), 'the observations']
-        return (
-            ArgumentText(
-                f'all ships meet the same motion, since ship.kind is {ship.kind}, and their '
-                f'clocks swing alike: only {" and ".join(differ)} differ. Let ',
-                Argument('vary'),
-                ' draw a key of the machine or the ship',
-            ),
-        )
-
     def ship(self, number: int) -> Ship:
         """Return the ship of a number, from 0. An impossible key or value is a SceneError.
 
@@ -327,11 +296,6 @@ class Plan:
         remedy = f'{problem.remedy}{narrow}'
         return SceneError(self.drawn_by, problem.key, problem.value, text, remedy, further=further)
 
-
-_OF_THE_MOTION = {'gravity', 'trochlea', 'regulator', 'drag', 'escapement', 'ship', 'suspension'}
-"""Sections of a scene that determine the motion of the ship and of the regulator in it."""
-
-_NOISES = {'clock.white_fm', 'clock.random_walk_fm'}
 
 _CENTRE = 'Give the mean, or low and high.'
 

@@ -60,7 +60,7 @@ from tauto_core.scene.loader import checked_scene, origin_of, read_mapping
 from tauto_core.scene.sections import has_wind, log_time
 from tauto_core.scene.tables import missing_file
 from tauto_core.scene.times import NS_PER_S
-from tauto_core.ship.coast import OCEANS, ocean_of
+from tauto_core.ship.coast import ocean_of
 from tauto_core.ship.logbook import (
     OF_THE_BOX,
     OF_THE_SEA,
@@ -83,27 +83,16 @@ class Choice:
     Attributes:
         days: least and largest length [days].
         years: first and last year of the first entry.
-        port: part of the name of the port of departure or destination, in any case.
-        ocean: part of the name of the ocean of most entries (`OCEANS`).
         sample: number of passages taken, spread evenly over the list. `None`: all.
     """
 
     days: tuple[float, float] = (LEAST_UNCHECKED_DAYS, math.inf)
     years: tuple[float, float] = (0.0, math.inf)
-    port: str | None = None
-    ocean: str | None = None
     sample: int | None = None
 
     def __post_init__(self) -> None:
         if self.sample is not None and self.sample < 1:
             raise UsageError(Argument('sample', self.sample), ': must be at least 1. Name more')
-        if self.ocean is not None and not any(self._is_in(ocean) for ocean in OCEANS):
-            raise UsageError(
-                Argument('ocean', self.ocean), f': is not one of {", ".join(OCEANS)}. Name one'
-            )
-
-    def _is_in(self, ocean: str) -> bool:
-        return self.ocean is None or self.ocean.casefold() in ocean.casefold()
 
     def takes(self, passage: LoggedPassage) -> bool:
         """Return whether a passage is wanted. One whose length is unknown is."""
@@ -111,27 +100,19 @@ class Choice:
             year = log_time(passage.entries[0][0]).year
         except ValueError:
             return True  # so that it is refused with its name and row
-        ports = f'{passage.sailed_from}\n{passage.bound_to}'.casefold()
-        return (
-            self.years[0] <= year <= self.years[1]
-            and (self.port is None or self.port.casefold() in ports)
-            and self._is_in(ocean_of_passage(passage))
-            and (
-                next(passage.problems(), None) is not None
-                or self.days[0] <= passage.days <= self.days[1]
-            )
+        return self.years[0] <= year <= self.years[1] and (
+            next(passage.problems(), None) is not None
+            or self.days[0] <= passage.days <= self.days[1]
         )
 
     def of(self, passages: Iterable[LoggedPassage], origin: str) -> tuple[LoggedPassage, ...]:
         """Return the wanted passages. No such passage is a UsageError."""
-        count, matches = 0, []
-        for passage in passages:
-            count += 1
-            if self.takes(passage):
-                matches.append(passage)
+        listed = list(passages)
+        matches = list(filter(self.takes, listed))
         if not matches:
             raise UsageError(
-                f'{origin}: none of its {count} passages matches. List them with `tauto logbook`'
+                f'{origin}: none of its {len(listed)} passages matches. List them with `tauto '
+                'logbook`'
             )
         if self.sample is not None and self.sample < len(matches):
             places = np.linspace(0, len(matches) - 1, self.sample).round().astype(int)
@@ -314,7 +295,8 @@ def make_trial(
         SceneError: chosen passages that cannot be sailed, each with its rows, or a clock that
             cannot be rated as its scene says.
     """
-    check_logs(logs)
+    for problem in missing_file('logs', logs, folders=True):
+        raise UsageError(Argument('logs', logs), f': {problem.problem}. {problem.remedy}')
     refuse_same_names(scenes)
     wrong: list[tuple[str, Problem]] = []
 
@@ -366,12 +348,6 @@ def replaced_by_log(scene: Scene) -> tuple[str, ...]:
     return (*keys, *['voyage'] * (scene.voyage is not None))
 
 
-def check_logs(logs: str) -> None:
-    """Refuse a log-book that does not exist (UsageError)."""
-    for problem in missing_file('logs', logs, folders=True):
-        raise UsageError(Argument('logs', logs), f': {problem.problem}. {problem.remedy}')
-
-
 def clocks_beside(
     scene: Scene, origin: str, clocks: Sequence[str | Path | Scene]
 ) -> list[tuple[str, Scene]]:
@@ -380,11 +356,10 @@ def clocks_beside(
     The name `clocks` means all `CLOCKS`.
     """
     result = []
-    for item in clocks:
-        for clock in CLOCKS if item == 'clocks' else (item,):
-            own_scene = load_scene(clock, **{'solver.accuracy': scene.accuracy})
-            alone, name = own_scene.model_copy(update={'suspension': None}), origin_of(clock)
-            result.append((name, on_passage_of(name, alone, scene, origin)))
+    for clock in (each for item in clocks for each in (CLOCKS if item == 'clocks' else [item])):
+        own_scene = load_scene(clock, **{'solver.accuracy': scene.accuracy})
+        alone, name = own_scene.model_copy(update={'suspension': None}), origin_of(clock)
+        result.append((name, on_passage_of(name, alone, scene, origin)))
     return result
 
 
