@@ -130,7 +130,7 @@ def test_bad_spectra_are_refused(tmp_path: Path, text: str, message: str) -> Non
         ({'frequency': [0.1, 0.2]}, r'sea\.energy_density: is missing'),
         (
             {'peak_period': 9.0},
-            r'is not a key of spectrum table.*is a key of spectrum bretschneider',
+            r'is not a key of spectrum table',
         ),
     ],
 )

@@ -9,7 +9,7 @@ import textwrap
 from collections.abc import Callable, Iterator, Mapping, Set
 from difflib import get_close_matches
 from functools import cache
-from itertools import chain, product
+from itertools import chain, combinations, product
 from pathlib import Path
 from typing import Any, cast, get_args
 
@@ -20,12 +20,11 @@ from tauto_core.curves.cam import CAMS
 from tauto_core.files import write_whole
 from tauto_core.machines.design import WheelDesign
 from tauto_core.machines.drags import Drag
-from tauto_core.machines.parts import ESCAPEMENTS, POWERS, EscapementKind
-from tauto_core.machines.sections import Trochlea
+from tauto_core.machines.parts import ESCAPEMENTS, POWERS
 from tauto_core.machines.trochlea import THREADS
 from tauto_core.scene.errors import Argument, UsageError
 from tauto_core.scene.loader import Scene, parse_scene, write_mapping
-from tauto_core.scene.refuse import models_of, one_of
+from tauto_core.scene.refuse import TAGS, models_of, one_of
 from tauto_core.scene.sections import Kind, KindIn, LogFile, Section, kind_of, kinds_in
 from tauto_core.scene.units import NUMBER, declared, units_table
 from tauto_core.ship.airs import AirRecordFile
@@ -71,10 +70,6 @@ _FROM_FILES: dict[str, type[Section]] = {**FILE_FORMS, 'air': AirRecordFile, 'vo
 
 # models of sections that are read from a hindcast along the voyage
 _FROM_HINDCASTS: dict[str, type[Section]] = {'weather': HindcastFile, 'air': AirHindcastFile}
-
-
-_TAGS = ('kind', 'spectrum')
-"""Keys with the kind of a section."""
 
 
 def all_kinds() -> tuple[type[Kind], ...]:
@@ -137,20 +132,16 @@ def _of_kinds(title: str, models: tuple[type[BaseModel], ...]) -> str:
     shared = {
         key: row
         for key, row in every[0].items()
-        if key not in _TAGS and all(rows.get(key) == row for rows in every)
+        if key not in TAGS and all(rows.get(key) == row for rows in every)
     }
-    tag = next(key for key in _TAGS if key in every[0])
-    names = [name for model in models for name in get_args(model.model_fields[tag].annotation)]
-    head = [title, '', *_table({tag: f'| `{tag}` |  | {", ".join(names)} |', **shared})]
-    kinds = [
-        _of_model(
-            f'### {" or ".join(get_args(model.model_fields[tag].annotation))}',
-            model,
-            leave_out={tag, *shared},
-        )
-        for model in models
-    ]
-    return '\n'.join([*head, *kinds])
+    tag = next(key for key in TAGS if key in every[0])
+    names = {model: get_args(model.model_fields[tag].annotation) for model in models}
+    row = f'| `{tag}` |  | {", ".join(chain(*names.values()))} |'
+    kinds = (
+        _of_model(f'### {" or ".join(kinds)}', model, leave_out={tag, *shared})
+        for model, kinds in names.items()
+    )
+    return '\n'.join([title, '', *_table({tag: row, **shared}), *kinds])
 
 
 def _of_model(title: str, model: type[BaseModel], leave_out: Set[str] = frozenset()) -> str:
@@ -428,45 +419,31 @@ def fitting(wanted: Mapping[str, str]) -> dict[str, str]:
 
     UsageError, with compatible kinds, if the wanted kinds are incompatible.
     """
-    usual = _completed(wanted)
-    if usual is not None:
-        return usual
-    # reduce to a pair of incompatible options, if possible
-    for key, second in product(wanted, wanted):
-        pair = {name: wanted[name] for name in (key, second)}
-        if key != second and _completed(pair) is None:
-            wanted = pair
-            break
+
+    def rows(some: Mapping[str, str]) -> list[dict[str, str]]:
+        return [row for row in compatible_kinds() if some.items() <= row.items()]
+
+    if every := rows(wanted):
+        return every[0]
+    # name a pair of incompatible kinds, if there is one
+    pairs = ({one: wanted[one], two: wanted[two]} for one, two in combinations(wanted, 2))
+    wanted = next((pair for pair in pairs if not rows(pair)), wanted)
     advice: list[str | Argument] = []
     for key in wanted:
-        remainder = {name: kind for name, kind in wanted.items() if name != key}
-        fits = {row[key] for row in compatible_kinds() if remainder.items() <= row.items()}
-        kinds = [kind for kind in map(kind_of, kinds_in(FOLDERS[key])) if kind in fits]
-        if kinds:
+        fits = {row[key] for row in rows({name: wanted[name] for name in wanted if name != key})}
+        if kinds := [kind for kind in map(kind_of, kinds_in(FOLDERS[key])) if kind in fits]:
             advice += ['; or ', Argument(key, ' or '.join(kinds))]
     typed = [part for key, kind in wanted.items() for part in (' and ', Argument(key, kind))]
     raise UsageError(*typed[1:], ': do not go together. Use ', *advice[1:])
 
 
-def goes_together(cam: str, thread: str, power: str, escapement: str) -> bool:
+def goes_together(kinds: Mapping[str, str]) -> bool:
     """Return whether kinds are compatible with the values of a new scene; '': no escapement."""
-    trochlea = {
-        'inertia': 4.0e-4,
-        'cam': _started('cam', cam),
-        'thread': _started('thread', thread),
-        'power': _started('power', power),
-        'release_angle': 1.0,
-    }
     try:
-        valid = Trochlea.model_validate(trochlea)
+        Scene.model_validate(_content('new', 'still', kinds))
     except ValidationError:
         return False
-    gives = None
-    if escapement:
-        model = _model('escapement', escapement)
-        gives = cast(EscapementKind, model.model_validate(_started('escapement', escapement)))
-    drag = Drag.model_validate(Drag.starter) if escapement else None
-    return not list(valid.problems(drag, gives, still=False))
+    return True
 
 
 @cache
@@ -481,21 +458,12 @@ def compatible_kinds() -> tuple[dict[str, str], ...]:
         odd = [key for key, usual in _USUAL.items() if row[key] != usual]
         return len(odd), sum(key in ('cam', 'power') for key in odd)
 
-    return tuple(sorted(filter(lambda row: goes_together(**row), rows), key=oddity))
-
-
-def _completed(wanted: Mapping[str, str]) -> dict[str, str] | None:
-    fits = (row for row in compatible_kinds() if wanted.items() <= row.items())
-    return next(fits, None)
-
-
-def _model(key: str, kind: str) -> type[Kind]:
-    folder = CHOICES[key]
-    return next(model for model in kinds_in(folder) if kind_of(model) == kind)
+    return tuple(sorted(filter(goes_together, rows), key=oddity))
 
 
 def _started(key: str, kind: str) -> dict[str, Any]:
-    return {'kind': kind, **_model(key, kind).starter}
+    model = next(model for model in kinds_in(CHOICES[key]) if kind_of(model) == kind)
+    return {'kind': kind, **model.starter}
 
 
 def _content(name: str, ship: str, kinds: Mapping[str, str]) -> dict[str, Any]:

@@ -7,8 +7,6 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from decimal import Decimal
-from functools import cache
-from itertools import chain, count, islice
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
@@ -25,7 +23,7 @@ from tauto_core.scene.times import (
     exact_step,
     nanoseconds,
 )
-from tauto_core.scene.units import NUMBER, declared, has_unit, misfit
+from tauto_core.scene.units import NUMBER, declared, misfit
 
 # -----------------------------------------------------------------------------
 # Pydantic's errors as problems in words of scenes.
@@ -36,7 +34,7 @@ NO_KEY = 'is not a key of'
 _LONGEST_KEY = 80
 _MOST_TOLD = 100
 # keys that distinguish the kinds of a section
-_TAGS = ('kind', 'spectrum')
+TAGS = ('kind', 'spectrum')
 _ORDER = {
     'greater_than': ('greater than', 'gt'),
     'greater_than_equal': ('at least', 'ge'),
@@ -100,13 +98,21 @@ def _problem(detail: ErrorDetails, root: type[BaseModel]) -> Problem:
     if kind == 'extra_forbidden':
         if key in _TAKEN_AWAY:
             return Problem(key, value, *_TAKEN_AWAY[key])
-        return Problem(key, value, *_unknown_key(str(detail['loc'][-1]), owner, root))
+        keys, tag, kinds = list(owner.model_fields), _tag(owner), ' or '.join(_kinds(owner))
+        matches = difflib.get_close_matches(str(detail['loc'][-1]), keys, 1)
+        remedy = f'Did you mean `{matches[0]}`? ' if matches else ''
+        what = f'{NO_KEY} {tag} {kinds}' if kinds else f'{NO_KEY} this section'
+        return Problem(key, value, what, f'{remedy}Keys here: {", ".join(keys)}.')
     if kind in ('union_tag_not_found', 'union_tag_invalid'):
         return _wrong_kind(key, value, field)
     if kind in _ORDER:
         words, limit = _ORDER[kind]
         problem = f'must be {words} {context[limit]!r}'
-    elif kind == 'float_type' and isinstance(value, str) and (why := _misfit(value, field)):
+    elif (
+        kind == 'float_type'
+        and isinstance(value, str)
+        and (why := misfit(value, declared(field and field.description) or ''))
+    ):
         return Problem(key, value, why[0], f'{_give(key, field)} {why[1]}'.strip())
     elif kind in _KINDS:
         suffix = '' if kind in _OF_TEXT else _found(value)
@@ -126,14 +132,6 @@ def _problem(detail: ErrorDetails, root: type[BaseModel]) -> Problem:
     else:
         problem = detail['msg'][:1].lower() + detail['msg'][1:]
     return Problem(key, value, problem, _give(key, field))
-
-
-def _misfit(value: str, field: FieldInfo | None) -> tuple[str, str] | None:
-    """Return why a text with a unit does not fit a field, and the remedy."""
-    unit = (None if field is None else declared(field.description)) or ''
-    if not unit and has_unit(value):
-        return 'must be a number without a unit', ''
-    return misfit(value, unit)
 
 
 _TYPES = {
@@ -158,18 +156,6 @@ def _give(key: str, field: FieldInfo | None) -> str:
     return f'Write `{name}: …`, {field.description}.'
 
 
-def _unknown_key(name: str, owner: type[BaseModel], root: type[BaseModel]) -> tuple[str, str]:
-    keys = list(owner.model_fields)
-    matches = difflib.get_close_matches(name, keys, 1)
-    remedy = f'Did you mean `{matches[0]}`? ' if matches else ''
-    elsewhere = [_kinds(kind) for kind in _siblings(owner, root) if name in kind.model_fields]
-    tag, kinds = _tag(owner), ' or '.join(_kinds(owner))
-    if elsewhere:
-        remedy += f'`{name}` is a key of {tag} {" or ".join(chain(*elsewhere))}. '
-    what = f'{NO_KEY} {tag} {kinds}' if kinds else f'{NO_KEY} this section'
-    return what, f'{remedy}Keys here: {", ".join(keys)}.'
-
-
 def _wrong_kind(key: str, value: object, field: FieldInfo | None) -> Problem:
     models = models_of(field)
     tag, kinds = _tag(models[0]), [kind for model in models for kind in _kinds(model)]
@@ -185,30 +171,25 @@ def _wrong_kind(key: str, value: object, field: FieldInfo | None) -> Problem:
 
 def models_of(field: FieldInfo | None) -> list[type[BaseModel]]:
     """Return the models among the alternatives of a field or its items."""
-
-    def walk(annotation: Any) -> Iterator[type[BaseModel]]:
-        if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-            yield annotation
-        for part in get_args(annotation):
-            yield from walk(part)
-
     if field is None:
         return []
-    kinds = one_of(field)
-    return list(walk(field.annotation)) if kinds is None else list(kinds.models)
+    if kinds := one_of(field):
+        return list(kinds.models)
+    parts = _parts(field.annotation)
+    return [part for part in parts if isinstance(part, type) and issubclass(part, BaseModel)]
 
 
 def one_of(field: FieldInfo) -> KindIn | None:
     """Return the `KindIn` of a field, if any."""
+    parts = (*field.metadata, *_parts(field.annotation))
+    return next((part for part in parts if isinstance(part, KindIn)), None)
 
-    def walk(annotation: Any) -> Iterator[KindIn]:
-        if isinstance(annotation, KindIn):
-            yield annotation
-        for part in (*getattr(annotation, '__metadata__', ()), *get_args(annotation)):
-            yield from walk(part)
 
-    markers = (item for item in field.metadata if isinstance(item, KindIn))
-    return next(chain(markers, walk(field.annotation)), None)
+def _parts(annotation: Any) -> Iterator[Any]:
+    """Yield an annotation and all that it contains."""
+    yield annotation
+    for part in get_args(annotation):
+        yield from _parts(part)
 
 
 def _tag(model: type[BaseModel]) -> str:
@@ -216,7 +197,7 @@ def _tag(model: type[BaseModel]) -> str:
     keys = model.model_fields
     # an optional spectrum does not distinguish models
     return next(
-        (tag for tag in _TAGS if tag in keys and (tag == 'kind' or keys[tag].is_required())), ''
+        (tag for tag in TAGS if tag in keys and (tag == 'kind' or keys[tag].is_required())), ''
     )
 
 
@@ -224,20 +205,6 @@ def _kinds(model: type[BaseModel]) -> list[str]:
     """Return the values of that key for this model."""
     tag = _tag(model)
     return [str(kind) for kind in get_args(model.model_fields[tag].annotation)] if tag else []
-
-
-@cache
-def _siblings(owner: type[BaseModel], root: type[BaseModel]) -> list[type[BaseModel]]:
-    """Return the other kinds of the same section."""
-    for field in root.model_fields.values():
-        models = models_of(field)
-        if owner in models:
-            return [model for model in models if model is not owner]
-        for model in models:
-            kinds = _siblings(owner, model)
-            if kinds:
-                return kinds
-    return []
 
 
 def _locate(
@@ -449,18 +416,12 @@ def _log_grid(
 
 
 def _fitting(interval_ns: int, step_ns: int, lengths_ns: Iterable[int]) -> str:
-    """Return the nearest log intervals in whole steps that, if possible, divide all lengths."""
+    """Return the nearest shorter log interval in whole steps that divides all lengths, if any."""
     steps, remainder = divmod(math.gcd(*lengths_ns), step_ns)
-    if remainder:
-        return _multiple(interval_ns, step_ns)
-    parts = steps * step_ns / interval_ns
-    up, fewer = count(math.ceil(parts)), range(math.floor(parts), 0, -1)
-    divisors = [
-        next((steps // n for n in islice(counts, _MOST_TRIED) if steps % n == 0), None)
-        for counts in (up, fewer)
-    ]
-    values = dict.fromkeys(_digits(n * step_ns) for n in divisors if n)
-    return ' or '.join(values) + ' s' if values else _multiple(interval_ns, step_ns)
+    fewest = math.ceil(steps * step_ns / interval_ns)
+    parts = (n for n in range(fewest, fewest + _MOST_TRIED) if n and steps % n == 0)
+    n = None if remainder else next(parts, None)
+    return f'{_digits(steps // n * step_ns)} s' if n else _multiple(interval_ns, step_ns)
 
 
 def _multiple(value_ns: int, grid_ns: int) -> str:

@@ -575,21 +575,36 @@ def entry_problems(entries: Sequence[LogEntry], longest_gap_days: float) -> Iter
 def _problems_of_entry(number: int, entry: LogEntry) -> Iterator[EntryProblem]:
     """Yield the problems of the place, wind and temperature of an entry."""
     _, latitude, _, wind_from, wind, celsius = entry
-    if abs(latitude) > HIGHEST_LATITUDE_DEG:
-        yield EntryProblem(number, 'latitude', latitude, _NEAR_A_POLE, 'Correct it.')
-    if wind_from is not None and not 0.0 <= wind_from <= 360.0 and wind_from not in VARIABLE_WINDS:
-        why = 'must lie between 0 and 360 degrees from true north'
-        remedy = 'Leave it empty if the wind was variable.'
-        yield EntryProblem(number, 'wind_from_deg', wind_from, why, remedy)
-    if wind is not None and not 0.0 <= wind <= STRONGEST_WIND:
-        why = f'must lie between 0 and {STRONGEST_WIND:g} m/s; a hurricane has 35'
-        remedy = 'Leave it empty if it was not recorded.'
-        if wind > 0.0:
-            remedy = f'Write {wind * 1852.0 / 3600.0:.3g} if it is in knots.'
-        yield EntryProblem(number, 'wind_mps', wind, why, remedy)
-    if celsius is not None and not AIR_CELSIUS[0] <= celsius <= AIR_CELSIUS[1]:
-        why = f'must lie between {AIR_CELSIUS[0]:g} and {AIR_CELSIUS[1]:g} °C'
-        yield EntryProblem(number, 'air_celsius', celsius, why, 'Give it in °C.')
+    knots = 'Leave it empty if it was not recorded.'
+    if wind is not None and wind > 0.0:
+        knots = f'Write {wind * 1852.0 / 3600.0:.3g} if it is in knots.'
+    coldest, warmest = AIR_CELSIUS
+    for is_wrong, column, value, why, remedy in (
+        (abs(latitude) > HIGHEST_LATITUDE_DEG, 'latitude', latitude, _NEAR_A_POLE, 'Correct it.'),
+        (
+            not 0.0 <= (wind_from or 0.0) <= 360.0 and wind_from not in VARIABLE_WINDS,
+            'wind_from_deg',
+            wind_from,
+            'must lie between 0 and 360 degrees from true north',
+            'Leave it empty if the wind was variable.',
+        ),
+        (
+            not 0.0 <= (wind or 0.0) <= STRONGEST_WIND,
+            'wind_mps',
+            wind,
+            f'must lie between 0 and {STRONGEST_WIND:g} m/s; a hurricane has 35',
+            knots,
+        ),
+        (
+            not coldest <= (celsius or 0.0) <= warmest,
+            'air_celsius',
+            celsius,
+            f'must lie between {coldest:g} and {warmest:g} °C',
+            'Give it in °C.',
+        ),
+    ):
+        if is_wrong:
+            yield EntryProblem(number, column, value, why, remedy)
 
 
 # keys of a log-book in the scene or in a file
