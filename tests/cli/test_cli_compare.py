@@ -61,15 +61,6 @@ STOPPED: dict[str, object] = {
 }
 
 
-def table_text(result: Comparison) -> str:
-    from rich.console import Console
-
-    console = Console(width=80)
-    with console.capture() as said:
-        console.print(comparison_table(result))
-    return said.get()
-
-
 def test_json_is_one_object() -> None:
     # the roll follows from a hull, but can be chosen for a ship of harmonics
     result = tauto(*CHEAP, '--ship-of', 'cheek_before_euler', '--roll', '0,20', '--json')
@@ -86,7 +77,9 @@ def test_json_is_one_object() -> None:
 
 def test_the_table_fits_a_narrow_terminal() -> None:
     rows = [row('clock_second_cam_force', hung, 10.0) for hung in (False, True)]
-    text = table_text(Comparison(172_800.0, 1800.0, 1.0, [*rows, row('b', True, 10.0, **STOPPED)]))
+    text = comparison_table(
+        Comparison(172_800.0, 1800.0, 1.0, [*rows, row('b', True, 10.0, **STOPPED)])
+    )
     assert '2 days in the same sea, released at 1 rad' in text
     line = next(line for line in text.splitlines() if 'second cam force' in line)
     assert line.split() == [
@@ -103,7 +96,7 @@ def test_the_prizes_of_a_long_voyage_are_not_cut_off() -> None:
     small = {'rate_s_per_day': 3.346e-4, 'rate_spread_s_per_day': 3.7e-4, 'error_s': 0.02743}
     ends = {'raw_error_nmi': -0.006526, 'error_nmi': 10.18, 'prize_pounds': 20_000}
     long = row('clock_second_cam_force', False, 5.0, **small, **ends)
-    text = table_text(Comparison(7_084_740.0, 1800.0, 1.0, [long]))
+    text = comparison_table(Comparison(7_084_740.0, 1800.0, 1.0, [long]))
     line = next(line for line in text.splitlines() if 'second cam force' in line)
     assert line.split()[-7:] == [
         *('<0.001', '<0.001', '+0.027', '<0.01', '+10.2', '20,000', '20,000')
@@ -113,7 +106,7 @@ def test_the_prizes_of_a_long_voyage_are_not_cut_off() -> None:
 
 def test_a_short_run_has_no_column_of_prizes_and_says_why() -> None:
     unpaid = {'raw_prize_pounds': None, 'prize_pounds': None}
-    text = table_text(Comparison(60.0, 1.0, 1.0, [row('a', False, 5.0, **unpaid)]))
+    text = comparison_table(Comparison(60.0, 1.0, 1.0, [row('a', False, 5.0, **unpaid)]))
     assert '£' not in text.partition('rate:')[0]
     assert 'six weeks' in ' '.join(text.split())
 
@@ -125,7 +118,9 @@ def test_a_failure_is_reported_once() -> None:
 
 
 def test_a_table_of_several_rolls_says_which() -> None:
-    text = table_text(Comparison(60.0, 1.0, 1.0, [row('a', False, 5.0), row('a', False, 20.0)]))
+    text = comparison_table(
+        Comparison(60.0, 1.0, 1.0, [row('a', False, 5.0), row('a', False, 20.0)])
+    )
     assert 'roll' in text
     assert ' 20.0 ' in text
 

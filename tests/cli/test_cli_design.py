@@ -24,14 +24,16 @@ def facts(*arguments):
 
 def test_paragraph_20_in_scruples():
     """Q = 100 P and a pendulum of 3166 scruples: 63.32, printed 63."""
-    euler = ('--disc-is-base', '--disc-weight', 100, '--pull', 1, '--length-unit', 'scruple')
-    lines = run(*euler, '--pendulum', 3166, '--weight-unit', 'pound').splitlines()
+    euler = ('--disc-is-base', '--disc-weight', '100paris_pound', '--pull', '1paris_pound')
+    lines = run(*euler, '--pendulum', '3166 scruple').splitlines()
     table = {' '.join(line.split()[:-2]): line.split()[-2:] for line in lines}
     assert table['base radius'] == ['63.32', 'scruple']
-    assert table['disc weight'] == ['100', 'pound']
+    assert table['disc weight'] == ['100', 'paris_pound']
     # with 63 the pendulum would be 3150
-    back = facts(*euler, '--base-radius', 63)
+    back = facts(*euler, '--base-radius', '63scruple')
     assert back['pendulum_m'] == pytest.approx(3150 * 0.31385e-3, rel=1e-12)
+    old = CliRunner().invoke(app, ['design', *euler, '--length-unit=scruple'])
+    assert (old.exit_code, '--length-unit: write the unit' in old.stderr) == (2, True)
 
 
 KEYS = {

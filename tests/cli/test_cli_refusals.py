@@ -109,12 +109,6 @@ REFUSALS = {
         'three of --period (or --pendulum), --disc-weight, --pull and --base-radius give',
         'Leave out exactly one',
     ),
-    'design --length-unit ell': ("--length-unit = 'ell': ", 'use one of mm, cm, m', 'scruple'),
-    'design --weight-unit stone': (
-        "--weight-unit = 'stone': ",
-        'use one of mN, N, g, kg, ',
-        'pound',
-    ),
     'cam no_such_scene': ('no_such_scene: ', SCENE_LIST, LISTS_SCENES),
     'cam ideal --points 1': ('--points = 1: ', POINTS, 'Leave it out for the default'),
     'cam ideal --points 1000000000000': (

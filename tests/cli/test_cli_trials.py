@@ -1,6 +1,7 @@
 """`tauto fleet --logs`: the passages of a log-book, as text and JSON, and refusals."""
 
 import json
+import re
 
 import pytest
 from trial_examples import CLOCK, LOG, OTHER, write_log
@@ -34,7 +35,8 @@ def test_the_answer_says_on_how_many_passages_she_would_have_won():
     assert found.startswith('On 9 of 10 passages of six weeks and more the_clock would have')
     assert '90 % (60–98 %)' in found
     tables = list(trial_tables(answers()))
-    assert [str(column.header) for column in tables[0].columns] == [
+    heads = tables[0].splitlines()[1]
+    assert re.split(' {2,}', heads) == [
         'clock',
         '30 nmi',
         '40 nmi',

@@ -117,6 +117,13 @@ GONE = {
         'euler',
         ArgumentText(': is no longer written. Use ', Argument('site'), ', whose pages hold it'),
     ),
+    **dict.fromkeys(
+        ('length_unit', 'weight_unit'),
+        (
+            'design',
+            ArgumentText(': write the unit behind the number, as in ', Argument('pull', '3N')),
+        ),
+    ),
     'file': ('trial', ArgumentText(': is not an argument. Use ', Argument('plot'))),
 }
 """Arguments that were taken away: their command, and what to use."""
@@ -581,8 +588,6 @@ def design(
     disc_is_base: bool = False,
     pull: Quantity | None = None,
     base_radius: Quantity | None = None,
-    length_unit: str = 'm',
-    weight_unit: str = 'N',
     gravity: Quantity = STANDARD_GRAVITY,
     tool_mm: Quantity = 1.0,
     file: File | None = None,
@@ -592,8 +597,8 @@ def design(
     Of period, moment of inertia, pull and base radius three give the fourth (Euler 1727, XIX-XXI).
     A disc counts as two numbers, weight and radius. Either may be the missing one.
 
-    Lengths are in `length_unit`, weights and the pull in `weight_unit`. A text may have its own
-    unit: `5 mm`, `3 N`, `300 g`.
+    Lengths are in metres and weights in newtons, or have a unit: `5 mm`, `3 N`, `300 g`, also
+    `scruple`, `paris_line` and `paris_pound`. `tauto design` prints in these units.
 
     Args:
         period: period of a full swing [s].
@@ -604,8 +609,6 @@ def design(
         disc_is_base: the disc's radius is the base radius (XX).
         pull: pull in the thread, without inertia.
         base_radius: base radius of the involute, or rate of a hole.
-        length_unit: m, mm, scruple, line (of Paris) or another of length.
-        weight_unit: N, g, kg, pound (of Paris) or another of force or mass.
         gravity: acceleration of gravity [m/s2].
         tool_mm: diameter of the smallest tool [mm]. Smaller holes are listed.
         file: write a scene of it to a new file, ending in .yaml.
@@ -639,8 +642,6 @@ def design(
             for name, size in sizes.items()
         },
         disc_is_base=disc_is_base,
-        length_unit=length_unit,
-        weight_unit=weight_unit,
         gravity=number('gravity', gravity, 'm/s2'),
         tool_mm=number('tool_mm', tool_mm, 'mm'),
     )
@@ -935,7 +936,7 @@ def new_scene(
     Args:
         file: a new file, ending in .yaml. Default: standard output.
         ship: kind of the ship's motion.
-        cam: kind of the cam.
+        cam: kind of the cam. The refusal of an unknown one, such as `x`, lists them.
         thread: kind of the thread.
         power: kind of the power.
         escapement: kind of the escapement.
@@ -1236,9 +1237,10 @@ def plot(
         source: a bag, or a scene, which is sailed.
         what: error, rate, drift, longitude, stability, amplitude, phase, weather, temperature,
             roll, spectrum, map, cam or machine.
-        file: ending in .svg, .png or .pdf, which is replaced.
-        from_s: begin roll or spectrum here, from the first reading [s]. Default: the roughest ten
-            minutes.
+        file: ending in .svg, .png or .pdf, which is replaced. `tauto plot` writes NAME_WHAT.svg
+            without it.
+        from_s: begin roll or spectrum here, from the first reading [s], also `36 h`. Default: the
+            roughest ten minutes.
         to_s: end it here [s]. Default: ten minutes after the beginning.
         duration: as for `load`.
         accuracy: as for `load`.
@@ -1280,7 +1282,7 @@ def report(
 
     Args:
         source: as for `plot`.
-        file: ending in .html, which is replaced.
+        file: ending in .html, which is replaced. `tauto report` writes NAME.html without it.
         duration: as for `load`.
         accuracy: as for `load`.
         anyway: as for `sail`.
@@ -1297,7 +1299,9 @@ def report(
     check_report(page)
     values = {**overrides, 'duration': duration, 'accuracy': accuracy}
     voyage = voyage_of(source, values, progress, anyway=anyway)
-    write_report(voyage, page, f'tauto.report({voyage.scene.name!r}, {str(file)!r})')
+    stated = {key.replace('.', '__'): value for key, value in values.items() if value is not None}
+    settings = ''.join(f', {key}={value!r}' for key, value in stated.items())
+    write_report(voyage, page, f'tauto.report({voyage.scene.name!r}, {str(file)!r}{settings})')
 
 
 def _by_path(overrides: Mapping[str, object]) -> dict[str, object]:
@@ -1348,7 +1352,10 @@ def voyage_of(
     if isinstance(source, Voyage):
         return source
     if bag is not None:
-        return replay(bag)
+        voyage = replay(bag)
+        for warning in voyage.result['warnings']:
+            _tell(warning)
+        return voyage
     loaded = _load(source, settings)
     if sails:
         return sail_scene(loaded, origin=_origin(source), anyway=anyway, progress=progress)

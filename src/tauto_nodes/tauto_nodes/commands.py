@@ -20,7 +20,7 @@ from tauto_core import api
 from tauto_core.bags import check_folder
 from tauto_core.checks.readiness import check_known, check_scene
 from tauto_core.cli.calls import option_of
-from tauto_core.cli.terminal import AsJson, SceneName, Settings, given_values, print_rich
+from tauto_core.cli.terminal import AsJson, SceneName, Settings, given_values
 from tauto_core.samples import OBSERVATION, SHIP_FIX, SHIP_IMU
 from tauto_core.scene import load_scene, scene_yaml
 from tauto_core.scene.errors import TautoError, UsageError, spelled
@@ -67,9 +67,7 @@ def graph(
     as_json: AsJson = False,
 ) -> None:
     """Sail a scene as real ROS 2 nodes, recorded to MCAP."""
-    from rich.table import Table
-
-    from tauto_core.cli.tables import voyage_table
+    from tauto_core.cli.tables import aligned, voyage_table
     from tauto_core.cli.terminal import progress_bar, say_plausibility
     from tauto_core.scene.errors import naming
     from tauto_core.voyage import compile_kernels, summarise_bag
@@ -103,10 +101,11 @@ def graph(
     with progress_bar(loaded.name) as progress:
         compile_kernels(loaded)  # once, and not in each node
         outcome = run_graph(plan, loaded, progress)
-    counts = Table('topic', 'received', 'written', 'lost')
-    for topic, numbers in outcome.counts.items():
-        counts.add_row(topic, *(str(numbers[key]) for key in ('received', 'written', 'lost')))
-    print_rich(counts, err=True)
+    heads = 'received', 'written', 'lost'
+    counts = (
+        (topic, *(str(numbers[key]) for key in heads)) for topic, numbers in outcome.counts.items()
+    )
+    typer.echo('\n'.join(aligned([('topic', *heads), *counts])), err=True)
     for line in outcome.node_warnings[:MOST_COMPLAINTS]:
         typer.echo(f'tauto: the graph said: {line}', err=True)
     if (more := len(outcome.node_warnings) - MOST_COMPLAINTS) > 0:
@@ -127,7 +126,7 @@ def graph(
     if as_json:
         typer.echo(json.dumps(result, allow_nan=False))
     else:
-        print_rich(voyage_table(result))
+        typer.echo(voyage_table(result))
     if outcome.lost:
         typer.echo(f'tauto: {outcome.lost} messages were lost on the way', err=True)
         raise typer.Exit(1)

@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 import tauto_core as tauto
 from tauto_core.cli.app import app
-from tauto_core.cli.tables import budget_tables
+from tauto_core.cli.tables import budget_text
 from tauto_core.clockwork.trochlea import nominal_period_s
 from tauto_core.ensembles import budget
 from tauto_core.ensembles.budget import Budget, account, budget_file, kept_budget
@@ -330,7 +330,7 @@ def test_it_is_kept_with_the_voyage_and_the_report_shows_it(tmp_path: Path) -> N
     assert run.exit_code == 0
     assert run.stderr.strip().endswith('budget.json')
     assert kept_budget(bag) == json.loads(run.stdout)
-    assert budget_tables(json.loads(run.stdout))
+    assert budget_text(json.loads(run.stdout))
     pytest.importorskip('bokeh')
     page = tmp_path / 'page.html'
     tauto.report(bag, page)

@@ -7,9 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tauto_core import design
-from tauto_core.machines.design import units
 from tauto_core.scene.errors import UsageError
-from tauto_core.scene.units import RHENISH_FOOT_M
 
 positive = st.floats(1e-6, 1e6)
 
@@ -42,10 +40,3 @@ def test_three_numbers_give_the_fourth(inertia, pull, rate):
 def test_designs_that_are_none(given, said):
     with pytest.raises(UsageError, match=said):
         design(**given)
-
-
-def test_units():
-    """The Prussian foot of 1816 is 139.13 Paris lines."""
-    assert units('line', 'N', 9.8)[0] * 139.13 == pytest.approx(RHENISH_FOOT_M, rel=2e-5)
-    assert units('scruple', 'pound', 10.0) == pytest.approx((0.31385e-3, 4.895), rel=1e-15)
-    assert units('line', 'g', 10.0) == pytest.approx((2.2558e-3, 0.01), rel=2e-5)

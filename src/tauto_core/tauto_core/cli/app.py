@@ -18,19 +18,22 @@ import typer
 from typer.core import TyperGroup
 from typer.main import get_group
 
-from tauto_core.api import GONE
-from tauto_core.cli import shown, voyages
-from tauto_core.cli.calls import Command
+from tauto_core import api
+from tauto_core.cli import shown
+from tauto_core.cli.calls import Command, signature_of
 from tauto_core.cli.terminal import (
+    SceneName,
     Terminated,
     drop_output,
+    ended_by_sigterm,
     option,
     prepare_streams,
+    progress_bar,
     saying_warnings,
     send_lost_again,
     set_quiet,
 )
-from tauto_core.scene.errors import Argument, ArgumentText, TautoError, spelled
+from tauto_core.scene.errors import Argument, ArgumentText, TautoError, UsageError, spelled
 
 # -----------------------------------------------------------------------------
 # The commands by name, built one at a time, since building all takes 40 ms.
@@ -76,7 +79,7 @@ class Registered(Mapping[str, Any]):
 
 def _add(to: typer.Typer, name: str, entry: Command | Callable[..., None]) -> None:
     if isinstance(entry, Command):
-        to.command(name, cls=entry.cls)(entry.function())
+        to.command(name)(entry.function())
     elif name in ROS_COMMANDS:
         passing = {'ignore_unknown_options': True, 'allow_extra_args': True}
         settings: Any = {'add_help_option': False, 'context_settings': passing}
@@ -147,7 +150,7 @@ class Commands(TyperGroup):
         if words[:1] == ['plate']:  # the name of 0.2, for a release
             words[:1] = ['cam', '--plate']
         options = {word.partition('=')[0] for word in words}
-        for name, (command, instead) in GONE.items():
+        for name, (command, instead) in api.GONE.items():
             if words[:1] == [command] and option(Argument(name)) in options:
                 raise typer.BadParameter(spelled(ArgumentText(Argument(name), instead), option))
         return list(super().parse_args(ctx, words))
@@ -242,11 +245,61 @@ def _tell(words: str, error: BaseException) -> None:
         typer.echo(f'tauto: {line}', err=True)
 
 
+# -----------------------------------------------------------------------------
+# Commands that are more than one call, or none.
+
+
+def cam(given: dict[str, Any]) -> Any:
+    """Return a cam, by default with few points if they are only printed."""
+    files = 'csv', 'svg', 'dxf', 'step', 'stl'
+    if given.keys().isdisjoint(files) and not given['plate']:
+        given.setdefault('points', 11)
+    with progress_bar('cam'):
+        return api.cam(**given)
+
+
+def fleet(given: dict[str, Any]) -> Any:
+    """Send many ships on one voyage, or clocks along the passages of a log-book."""
+    call, other_call = ('trial', 'fleet') if 'logs' in given else ('fleet', 'trial')
+    unknown = signature_of(other_call).keys() - signature_of(call).keys()
+    for name, value in given.items():
+        if name in unknown and value is not False:
+            wrong = ': needs ', Argument('logs'), '. Name a log-book, or leave it out'
+            if call == 'trial':
+                wrong = ': does not go with ', Argument('logs'), '. Leave one of them out'
+            raise UsageError(Argument(name, value), *wrong)
+    chosen = {key: value for key, value in given.items() if key not in unknown}
+    things = 'voyages' if call == 'trial' else 'ships'
+    with ended_by_sigterm(), progress_bar(things) as progress:
+        return getattr(api, call)(**chosen, progress=progress)
+
+
+def show_scene(scene: SceneName) -> None:
+    """Print the file of a scene, with its comments."""
+    from tauto_core.scene.loader import scene_text
+
+    typer.echo(scene_text(scene), nl=False)
+
+
+def print_schema() -> None:
+    """Print the JSON schema of scenes, for editors."""
+    from tauto_core.scene.reference import FILE
+
+    typer.echo(FILE.read_text(encoding='utf-8'), nl=False)
+
+
+DRAWN: Any = {
+    'shown': lambda *_: None,
+    'has_json': False,
+    'has_scene': True,
+    'warns': True,
+    'writes': ('file',),
+}
 ENTRIES: dict[str, Entry] = {
     'sail': Command(('sail',), shown.voyage, has_scene=True, warns=True, writes=()),
     'replay': Command(('replay',), shown.voyage),
     'scenes': Command(('scenes',), shown.scenes),
-    'cam': Command(('cam',), shown.cam, has_scene=True, writes=(), run=voyages.cam),
+    'cam': Command(('cam',), shown.cam, has_scene=True, writes=(), run=cam),
     'isochronism': Command(('isochronism',), shown.isochronism, has_scene=True),
     'axle': Command(('axle',), shown.axle),
     'altitudes': Command(('altitudes',), shown.altitudes),
@@ -255,18 +308,18 @@ ENTRIES: dict[str, Entry] = {
     'logbook': Command(('logbook',), shown.logbook),
     'budget': Command(('budget',), shown.budget, has_scene=True, warns=True),
     'compare': Command(('compare',), shown.comparison),
-    'fleet': Command(('fleet', 'trial'), shown.fleet, has_scene=True, run=voyages.fleet),
-    'plot': voyages.PLOT,
-    'report': voyages.REPORT,
+    'fleet': Command(('fleet', 'trial'), shown.fleet, has_scene=True, run=fleet),
+    'plot': Command(('plot',), **DRAWN, default_file='{title}_{what}.svg'),
+    'report': Command(('report',), **DRAWN, default_file='{title}.html'),
     'euler': Command(('claims',), shown.claims, writes=('site',), holds=shown.claims_hold),
     **dict.fromkeys(ROS_COMMANDS, run_of_ros),
     'scene': Group(
         'Check or print a scene, or write a new one.',
         {
             'check': Command(('check',), shown.facts, has_scene=True),
-            'new': Command(('new_scene',), shown.scene, has_json=False, cls=voyages.NewCommand),
-            'show': voyages.show,
-            'schema': voyages.schema,
+            'new': Command(('new_scene',), shown.scene, has_json=False),
+            'show': show_scene,
+            'schema': print_schema,
         },
     ),
     'bag': Group(

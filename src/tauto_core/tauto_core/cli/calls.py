@@ -9,16 +9,16 @@ from __future__ import annotations
 
 import inspect
 import json
+import os
 import re
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
+from typing import Annotated, Any, Literal, TypeAlias
 
 import typer
-from typer.core import TyperCommand
 
 from tauto_core import api
 from tauto_core.cli.terminal import (
@@ -28,18 +28,14 @@ from tauto_core.cli.terminal import (
     ended_by_sigterm,
     given_values,
     option,
-    print_rich,
     progress_bar,
     say,
     say_plausibility,
 )
 from tauto_core.scene.errors import Argument, UsageError, naming
 
-if TYPE_CHECKING:
-    from rich.console import RenderableType
-
-Said: TypeAlias = 'Mapping[str, Any] | str | list[RenderableType]'
-"""A printable result: the object of `--json`, plain text, or texts and tables."""
+Said: TypeAlias = Mapping[str, Any] | str
+"""A printable result: the object of `--json`, or text."""
 
 OF_PYTHON = {
     'progress': 'the bar on the terminal',
@@ -60,10 +56,9 @@ class Command:
         has_scene: whether `--set` changes keys of the scene.
         warns: whether warnings about the scene are printed before it sails.
         writes: arguments that name files to be reported as written.
-        instead: optional arguments declared by hand.
+        default_file: default of `file`, named after the source.
         holds: whether a result is good. Otherwise the exit code is 1.
         run: runs the calls with the arguments, instead of the only call.
-        cls: class of a command with dynamic help.
     """
 
     calls: tuple[str, ...]
@@ -72,10 +67,9 @@ class Command:
     has_scene: bool = False
     warns: bool = False
     writes: tuple[str, ...] = ('plot',)
-    instead: Mapping[str, Any] = field(default_factory=dict)
+    default_file: str = ''
     holds: Callable[[Any], bool] | None = None
     run: Callable[[dict[str, Any]], Any] | None = None
-    cls: type[TyperCommand] | None = None
 
     @property
     def docs(self) -> str:
@@ -88,10 +82,7 @@ class Command:
         def command(*, as_json: bool = False, **given: Any) -> None:
             self._called({key: item for key, item in given.items() if item is not None}, as_json)
 
-        options = [
-            _keyword(name, self.instead[name], None) if name in self.instead else _option(*parts)
-            for name, parts in self.parameters().items()
-        ]
+        options = [_option(*parts) for parts in self.parameters().values()]
         if self.has_scene:
             options.append(_keyword('settings', Settings, None))
         if self.has_json:
@@ -104,9 +95,9 @@ class Command:
         return command
 
     def parameters(self) -> dict[str, tuple[str, inspect.Parameter, bool]]:
-        """Return for each option its call, its argument, and whether all calls have it.
+        """Return for each option its call, its argument, and whether it has the call's default.
 
-        Others are passed only if given.
+        Others, which some calls lack or the command sets, are passed only if given.
         """
         options: dict[str, tuple[str, inspect.Parameter, bool]] = {}
         for call in self.calls:
@@ -114,7 +105,11 @@ class Command:
                 if name in OF_PYTHON or argument.kind is argument.VAR_KEYWORD or name in options:
                     continue
                 shared = all(name in signature_of(sibling) for sibling in self.calls)
-                options[name] = call, argument, shared
+                options[name] = (
+                    call,
+                    argument,
+                    shared and not (name == 'file' and self.default_file),
+                )
         return options
 
     def _called(self, given: dict[str, Any], as_json: bool) -> None:
@@ -142,22 +137,31 @@ class Command:
         output = result if as_it_is else self.shown(result, as_json, given)
         if isinstance(output, str):
             typer.echo(output, nl=not output.endswith('\n'))
-        elif isinstance(output, Mapping):
-            typer.echo(json.dumps(output, allow_nan=False))
         elif output is not None:
-            print_rich(*output)
+            typer.echo(json.dumps(output, allow_nan=False))
         if self.holds is not None and not self.holds(result):
             raise typer.Exit(1)
 
     def _warned(self, given: dict[str, Any], stack: ExitStack) -> list[str]:
-        """Load the scene, and print and return warnings about it."""
-        source, parameters = given.pop('scene'), signature_of(self.calls[0])
-        times = 'duration', 'accuracy'
+        """Load the scene, unless it is a bag, and print and return warnings about it."""
+        parameters = signature_of(self.calls[0])
+        name, times = next(iter(parameters)), ('duration', 'accuracy')
+        source = given[name]
+        if self.default_file:
+            place = Path(os.path.abspath(given['source']))  # `.` has no name
+            title = place.name if place.is_dir() else place.stem
+            given.setdefault('file', Path(self.default_file.format(title=title, **given)))
+        if name == 'source' and api.is_bag(source):
+            return []
         of_scene = [key for key in given if key in times or key not in parameters]
-        loaded = api.load(source, **{key: given.pop(key) for key in of_scene})
-        given['scene'] = loaded
-        stack.enter_context(naming(source, loaded.name))
-        return say_plausibility(loaded, source, anyway=given['anyway'])
+        loaded = api.load(source, **{key: given[key] for key in of_scene})
+        if name == 'scene':  # loaded once; a report shows its settings
+            for key in of_scene:
+                del given[key]
+            given[name] = loaded
+            stack.enter_context(naming(source, loaded.name))
+        sails = given.get('what') not in ('weather', 'cam', 'machine')
+        return say_plausibility(loaded, source, anyway=given['anyway'] or not sails)
 
     def _run(self, given: dict[str, Any]) -> Any:
         """Run the only call, with a progress bar if possible."""
@@ -239,12 +243,11 @@ _PLACED = {'what': 'WHAT', 'source': 'BAG|SCENE', 'bag': 'BAG', 'log': 'FILE', '
 """Metavars of positional arguments."""
 _METAVARS = {
     'passage': 'ID',
-    **dict.fromkeys(('length_unit', 'weight_unit'), 'UNIT'),
     **dict.fromkeys(('ship', 'cam', 'thread', 'power', 'escapement'), 'KIND'),
     **dict.fromkeys(('support', 'contact'), 'KIND'),
 }
 """Metavars that do not follow from the type."""
-_SHORT = {'new_scene': 'file', 'design': 'file', 'logbook': 'out'}
+_SHORT = {**dict.fromkeys(('new_scene', 'design', 'plot', 'report'), 'file'), 'logbook': 'out'}
 """Options with the short form `-o`, by call."""
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import shlex
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict
 from importlib.resources import files
 from itertools import takewhile
@@ -35,15 +35,6 @@ if TYPE_CHECKING:
 Given = Mapping[str, Any]
 
 
-def _aligned(rows: Iterable[Iterable[str]], first: str = '>') -> Iterator[str]:
-    """Yield the rows of a table as lines. `first` aligns the first column, `<` for labels."""
-    cells = list(map(tuple, rows))
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    formats = [f'{">" if place else first}{width}' for place, width in enumerate(widths)]
-    for row in cells:
-        yield '  '.join(map(format, row, formats))
-
-
 def shipped_summary(name: str) -> str:
     """Return the description of a built-in scene: its first comment, up to the colon."""
     text = (files('tauto_core.scene') / 'shipped' / f'{name}.yaml').read_text(encoding='utf-8')
@@ -66,15 +57,15 @@ def voyage(found: Voyage, as_json: bool, _: Given) -> Said:
         return found.result
     from tauto_core.cli.tables import stability_table, voyage_table
 
-    stability = found.result.get('stability')
-    return [voyage_table(found.result), *([stability_table(stability)] if stability else [])]
+    text, stability = voyage_table(found.result), found.result.get('stability')
+    return f'{text}\n\n{stability_table(stability)}' if stability else text
 
 
 def facts(found: dict[str, Any], _as_json: bool, _: Given) -> Said:
     """Return the facts of a scene."""
     from tauto_core.cli.tables import facts_table
 
-    return [facts_table(found)]
+    return facts_table(found)
 
 
 def scene(text: str, _as_json: bool, given: Given) -> str | None:
@@ -108,6 +99,8 @@ def cam(made: CamOutline, as_json: bool, given: Given) -> Said | None:
         say(line)
     if as_json:
         return made.facts()
+    from tauto_core.cli.tables import aligned
+
     if made.plate is not None and made.plate.rates is not None:
         heads = 'amplitude, rad', 'rounded cusp, s/day', 'as drawn', '1 µm too deep'
         from tauto_core.plots.cutting import plate_words
@@ -116,13 +109,15 @@ def cam(made: CamOutline, as_json: bool, given: Given) -> Said | None:
             (f'{amplitude:.4g}', *(significant(rate, 2, signed=True) for rate in cost))
             for amplitude, *cost in zip(*made.plate.rates, strict=True)
         )
-        return '\n'.join([*plate_words(made.plate), *_aligned([heads, *rows])])
+        return '\n'.join([*plate_words(made.plate), *aligned([heads, *rows], first='>')])
     if made.files:
         return None
     columns = made.columns()
     points = zip(*(column.tolist() for column in columns.values()), strict=True)
     # a tenth of a micrometre; --csv has all digits. Other programs read a hyphen as the minus.
-    return '\n'.join(_aligned([columns, *([f'{value:z.4f}' for value in row] for row in points)]))
+    return '\n'.join(
+        aligned([columns, *([f'{value:z.4f}' for value in row] for row in points)], first='>')
+    )
 
 
 def isochronism(found: Isochronism | DescentIsochronism, as_json: bool, _: Given) -> Said:
@@ -140,22 +135,26 @@ def isochronism(found: Isochronism | DescentIsochronism, as_json: bool, _: Given
 
 
 def design(found: WheelDesign, as_json: bool, given: Given) -> Said:
-    """Return the numbers of a design, in the given units."""
+    """Return the numbers of a design, in the units of the first length and weight given."""
     sizes = {name: value for name, value in asdict(found).items() if value is not None}
     if as_json:
         return sizes
     if small := sizes.pop('too_small'):
         say(small)
-    from tauto_core.machines.design import units
+    from tauto_core.machines.design import size_in_si
+    from tauto_core.scene.units import unit_in
 
-    length_unit, weight_unit = given['length_unit'], given['weight_unit']
-    metres, newtons = units(length_unit, weight_unit, found.gravity_m_s2)
+    lengths, weights = ('pendulum', 'disc_radius', 'base_radius'), ('disc_weight', 'pull')
+    length, weight = (
+        next(filter(None, (unit_in(given.get(name)) for name in names)), default)
+        for names, default in ((lengths, 'm'), (weights, 'N'))
+    )
     printed = (  # the longest ending first
         ('_kg_m2', 'kg m2', 1.0),
         ('_m_s2', 'm/s2', 1.0),
         ('_s', 's', 1.0),
-        ('_m', length_unit, metres),
-        ('_n', weight_unit, newtons),
+        ('_m', length, size_in_si('', f'1 {length}', 'm', found.gravity_m_s2)),
+        ('_n', weight, size_in_si('', f'1 {weight}', 'N', found.gravity_m_s2)),
     )
     lines = []
     for key, value in sizes.items():
@@ -167,6 +166,8 @@ def design(found: WheelDesign, as_json: bool, given: Given) -> Said:
 
 def axle(found: dict[str, Any], _as_json: bool, _: Given) -> Said:
     """Return lengths and periods of small swings, and the motion."""
+    from tauto_core.cli.tables import aligned
+
     rows, lines = found['rows'], []
     for name, length in found.items():
         # b and b_prime are the old names of h and h_prime
@@ -177,11 +178,13 @@ def axle(found: dict[str, Any], _as_json: bool, _: Given) -> Said:
     figures = ([printed(value, '+z.6f') for value in row.values()] for row in rows)
     if found['ends_s'] is not None:
         say(f'after {found["ends_s"]:.6g} s {found["ends_why"]}')
-    return '\n'.join([*lines, *_aligned([heads, *figures])])
+    return '\n'.join([*lines, *aligned([heads, *figures], first='>')])
 
 
 def altitudes(found: dict[str, Any], _as_json: bool, _: Given) -> Said:
     """Return latitude, declination and culmination, and a table of their errors."""
+    from tauto_core.cli.tables import aligned
+
     lines = [
         f'{name.rpartition("_")[0]:12} {size:.6f} {name.rpartition("_")[2]}'
         for name, size in found.items()
@@ -192,14 +195,14 @@ def altitudes(found: dict[str, Any], _as_json: bool, _: Given) -> Said:
         (of, *(printed(size, '+.4f') for size in sizes))
         for of, *sizes in map(dict.values, found['errors'])
     )
-    return '\n'.join([*lines, *_aligned([heads, *rows], first='<')])
+    return '\n'.join([*lines, *aligned([heads, *rows])])
 
 
 def hull(found: dict[str, Any], _as_json: bool, _: Given) -> Said:
     """Return how a hull moves in waves, and its cost to a clock."""
-    from tauto_core.cli.tables import hull_page
+    from tauto_core.cli.tables import hull_text
 
-    return [hull_page(found)]
+    return hull_text(found)
 
 
 def logbook(found: list[dict[str, Any]] | str, as_json: bool, given: Given) -> Said | None:
@@ -236,9 +239,9 @@ def budget(found: Budget, as_json: bool, given: Given) -> Said:
         say(f'wrote {out / BUDGET}')
     if as_json:
         return found.facts()
-    from tauto_core.cli.tables import budget_tables
+    from tauto_core.cli.tables import budget_text
 
-    return budget_tables(found.facts())
+    return budget_text(found.facts())
 
 
 def comparison(found: Comparison, as_json: bool, _: Given) -> Said:
@@ -247,7 +250,7 @@ def comparison(found: Comparison, as_json: bool, _: Given) -> Said:
         return asdict(found)
     from tauto_core.cli.tables import comparison_table, failures
 
-    return [comparison_table(found), *failures(found)]
+    return '\n'.join([comparison_table(found), *failures(found)])
 
 
 def fleet(found: Fleet | TrialAnswers, as_json: bool, given: Given) -> Said:
@@ -259,17 +262,17 @@ def fleet(found: Fleet | TrialAnswers, as_json: bool, given: Given) -> Said:
     if isinstance(found, TrialAnswers):
         if as_json:
             return asdict(found)
-        from tauto_core.cli.tables import trial_remarks, trial_tables
+        from tauto_core.cli.tables import paragraphs, trial_remarks, trial_tables
 
         remarks = [*trial_remarks(found), *left_out(found.keys_left_out)]
-        return [found.answer, *trial_tables(found), *remarks]
+        return paragraphs([found.answer, *trial_tables(found), *remarks])
     if as_json:
         return {'scene': found.plan.scene.name, **asdict(found.answers)}
-    from tauto_core.cli.tables import fleet_tables
+    from tauto_core.cli.tables import fleet_tables, paragraphs
 
     lost = found.answers.failures.items()
     failed = (f'{counted(number, "ship")} failed: {why}' for why, number in lost)
-    return [found.answers.answer, *fleet_tables(found.answers), *failed]
+    return paragraphs([found.answers.answer, *fleet_tables(found.answers), *failed])
 
 
 def soundness(found: BagReport, as_json: bool, given: Given) -> Said:

@@ -1,18 +1,18 @@
-"""Results as tables on a terminal."""
+"""Results as tables of text.
+
+A table is never cut nor wrapped, since half a figure would be misread. On a narrow terminal its
+lines go on below.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from textwrap import fill
-from typing import TYPE_CHECKING, Any
-
-from rich import box
-from rich.console import Console, ConsoleOptions, Group, RenderResult
-from rich.measure import Measurement
-from rich.padding import Padding
-from rich.table import Table
-from rich.text import Text
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from itertools import zip_longest
+from operator import itemgetter
+from shutil import get_terminal_size
+from textwrap import fill, wrap
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from tauto_core.results import SIGNS, answer, budget_rows, groups
 from tauto_core.scene.times import DAY_S, LEGIBLE
@@ -27,50 +27,61 @@ from tauto_core.wording import (
 )
 
 if TYPE_CHECKING:
-    from rich.console import RenderableType
-
-    from tauto_core.ensembles.answers import Answers, ClockAnswers, TrialAnswers
+    from tauto_core.ensembles.answers import Answers, TrialAnswers
     from tauto_core.ensembles.comparison import Comparison, Row
 
+# width of titles, remarks and of a narrow terminal
+_WIDTH = 80
 
-# -----------------------------------------------------------------------------
-# A table that is never cut, since half a figure would be misread.
-
-
-class WholeTable(Table):
-    """A table that may be wider than the terminal.
-
-    Columns with `no_wrap` are as wide as their content. Others wrap between words, or with
-    overflow `fold` within long words.
-    """
-
-    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
-        """Set the least widths of the columns, and render the table."""
-        roomy = options.update(max_width=10_000)
-        for column in self.columns:
-            if column.overflow == 'fold' and not column.no_wrap:
-                column.min_width = None  # folded, never cut
-                continue
-            cells = [column.header, *column.cells]
-            widths = [Measurement.get(console, roomy, cell) for cell in cells if cell]
-            column.min_width = max(
-                (size.maximum if column.no_wrap else size.minimum for size in widths), default=None
-            )
-        if all(column.min_width for column in self.columns):
-            needed = Measurement.get(console, roomy, self).minimum
-            options = options.update(max_width=max(options.max_width, needed))
-        yield from super().__rich_console__(console, options)
+Columns: TypeAlias = 'Iterable[tuple[str, Callable[[Any], str]]]'
+"""Headings, of one or several lines, and functions from a row to its cells."""
 
 
-def _table(title: str, *columns: str, caption: str | None = None, pad: int = 0) -> Table:
-    """Return a table without rows, with figures in all columns but the first."""
-    justify: Any = {'title_justify': 'left', 'caption_justify': 'left'}
-    table = WholeTable(
-        title=title or None, caption=caption, box=box.SIMPLE_HEAD, padding=(0, pad), **justify
-    )
-    for place, name in enumerate(columns):
-        table.add_column(name, justify='right' if place else 'left')
-    return table
+def aligned(rows: Iterable[Iterable[str]], first: str = '<') -> Iterator[str]:
+    """Yield rows as lines, with figures in all columns but the first, aligned by `first`."""
+    cells = list(map(tuple, rows))
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    formats = [f'{">" if place else first}{width}' for place, width in enumerate(widths)]
+    for row in cells:
+        yield '  '.join(map(format, row, formats)).rstrip()
+
+
+def table(title: str, columns: Columns, rows: Iterable[Any], caption: str = '') -> str:
+    """Return a table with its title, and a remark below it."""
+    named = list(columns)
+    words = [name.split('\n') for name, _ in named]
+    depth = max(map(len, words))
+    heads = zip(*([''] * (depth - len(lines)) + lines for lines in words), strict=True)
+    body = ([cell(row) for _, cell in named] for row in rows)
+    lines = list(aligned([*heads, *body]))
+    rule = '─' * max(map(len, lines))
+    parts = wrap(title, _WIDTH), lines[:depth], [rule], lines[depth:], wrap(caption, _WIDTH)
+    return '\n'.join(line for part in parts for line in part)
+
+
+def placed(*heads: str) -> Columns:
+    """Return the columns of rows that are sequences of texts."""
+    return [(head, itemgetter(place)) for place, head in enumerate(heads)]
+
+
+def listed(rows: Iterable[tuple[str, str]]) -> str:
+    """Return labels with texts, which are wrapped beside them."""
+    pairs = list(rows)
+    width = max(len(label) for label, _ in pairs) + 2
+    room = max(get_terminal_size().columns - width, _WIDTH // 2)
+    lines = []
+    for label, text in pairs:
+        parts = [part for line in text.split('\n') for part in wrap(line, room)]
+        lines += [
+            f'{head:{width}}{part}'.rstrip()
+            for head, part in zip_longest([label], parts, fillvalue='')
+        ]
+    return '\n'.join(lines)
+
+
+def paragraphs(parts: Iterable[str]) -> str:
+    """Return tables, and sentences, which are wrapped, with blank lines between."""
+    return '\n\n'.join(part if '\n' in part else fill(part, _WIDTH) for part in parts)
 
 
 Facts = Mapping[str, Any]
@@ -79,56 +90,52 @@ Facts = Mapping[str, Any]
 _SENTENCE = 43
 
 
-def voyage_table(result: Facts) -> RenderableType:
+def voyage_table(result: Facts) -> str:
     """Return the result of a voyage as text: the answer, a table in groups, and the bag."""
-    seconds = result.get('duration_s')
+    seconds, sections = result.get('duration_s'), dict(groups(result))
+    rows = [row for section in sections.values() for row in section]
+    width = max((len(label) for label, value, _ in rows if value), default=0)
+    figures = max((len(value) for _, value, _ in rows), default=0)
     title = str(result.get('scene') or 'bag')
-    table = WholeTable.grid(padding=(0, 2, 0, 0))
-    table.add_column()
-    table.add_column(justify='right', no_wrap=True)
-    table.add_column(no_wrap=True)
-    for name, rows in groups(result):
-        table.add_row(Text(name, style='bold'))
-        for label, value, unit in rows:
-            cell = label if value else fill(label, _SENTENCE)
-            table.add_row(Padding(cell, (0, 0, 0, 2)), value, unit)
-    parts: list[RenderableType] = [
-        Text(title if seconds is None else f'{title}: {span(seconds)}', style='italic'),
-        Text(answer(result), style='bold'),
-        Text(''),
-        table,  # a padding around it would cut it
-        Text(''),
-        Text(SIGNS),
-    ]
-    if bag := result.get('bag'):
-        parts.append(Text(f'Bag: {bag}', no_wrap=True, overflow='ignore'))
-    return Group(*parts)
+    lines = [title if seconds is None else f'{title}: {span(seconds)}']
+    lines += [*wrap(answer(result), _WIDTH), '']
+    for name, section in sections.items():
+        lines.append(name)
+        for label, value, unit in section:
+            text = f'{label:{width}}  {value:>{figures}}  {unit}'.rstrip()
+            lines += [f'  {part}' for part in ([text] if value else wrap(label, _SENTENCE))]
+    lines += ['', *wrap(SIGNS, _WIDTH)]
+    return '\n'.join([*lines, f'Bag: {result["bag"]}'] if result.get('bag') else lines)
 
 
 # -----------------------------------------------------------------------------
 # The stability of a replayed clock.
 
 
-def stability_table(stability: Facts) -> Table:
+def stability_table(stability: Facts) -> str:
     """Return the deviations of the clock against the averaging time, with confidence bounds."""
-    percent = f'{100.0 * stability["confidence"]:g} %'
-    title = (
+
+    def deviation(row: Facts, kind: str) -> str:
+        value, low, high = row[kind], row[f'{kind}_low'], row[f'{kind}_high']
+        if not value:
+            return '0'
+        return (
+            f'{value:.1e} −{100.0 * (1.0 - low / value):.0f} +{100.0 * (high / value - 1.0):.0f}'
+        )
+
+    return table(
         f'stability from {stability["samples"]:,} readings, as deviations of the relative '
-        f'frequency\n(1e-5 is 0.864 s/day), each followed by bounds of {percent} confidence,\n'
-        'in per cent below and above it'
+        'frequency (1e-5 is 0.864 s/day), each followed by bounds of '
+        f'{100.0 * stability["confidence"]:g} % confidence, in per cent below and above it',
+        [
+            ('τ, s', lambda row: f'{row["tau_s"]:g}'),
+            ('Allan', lambda row: deviation(row, 'allan')),
+            ('modified', lambda row: deviation(row, 'modified')),
+            ('Hadamard', lambda row: deviation(row, 'hadamard')),
+            ('noise', lambda row: row['noise']),
+        ],
+        stability['rows'],
     )
-    table = _table(title, 'τ, s', 'Allan', 'modified', 'Hadamard', 'noise', pad=1)
-    for row in stability['rows']:
-        deviations = []
-        for kind in ('allan', 'modified', 'hadamard'):
-            value, low, high = row[kind], row[f'{kind}_low'], row[f'{kind}_high']
-            if not value:
-                deviations.append('0')
-                continue
-            below, above = 100.0 * (1.0 - low / value), 100.0 * (high / value - 1.0)
-            deviations.append(f'{value:.1e} −{below:.0f} +{above:.0f}')
-        table.add_row(f'{row["tau_s"]:g}', *deviations, row['noise'])
-    return table
 
 
 # -----------------------------------------------------------------------------
@@ -149,37 +156,29 @@ def weather_words(weather: Mapping[str, Any]) -> str:
     )
 
 
-def weather_table(weather: Mapping[str, Any]) -> Table:
+def weather_table(weather: Mapping[str, Any]) -> str:
     """Return the states as a table, if they are many as ranges."""
     states = weather['states']
     together = math.ceil(len(states) / ROWS)
-    title = 'weather' if together == 1 else f'weather, {together} states a row'
-    caption = 'heading: direction the waves run to, from the bow to port; 0 following'
-    heads = 'from day', 'Hs, m', 'Tp, s', 'heading, °', 'speed, m/s'
-    table = _table(title, *heads, caption=caption, pad=1)
-    for begin in range(0, len(states), together):
-        row = states[begin : begin + together]
-        headings = (state['heading_rad'] for state in row)
-        table.add_row(
-            f'{row[0]["at_s"] / DAY_S:.2f}',
-            _range([state['significant_wave_height_m'] for state in row], 2),
-            _range([state['peak_period_s'] for state in row], 1),
-            # −180° to 180°: following seas are about 0
-            _range(
-                [
-                    None if angle is None else math.degrees(math.remainder(angle, math.tau))
-                    for angle in headings
-                ],
-                0,
-            ),
-            _range([state['speed_m_s'] for state in row], 2),
-        )
-    return table
+    return table(
+        'weather' if together == 1 else f'weather, {together} states a row',
+        [
+            ('from day', lambda row: f'{row[0]["at_s"] / DAY_S:.2f}'),
+            ('Hs, m', lambda row: _range(row, 'significant_wave_height_m', 2)),
+            ('Tp, s', lambda row: _range(row, 'peak_period_s', 1)),
+            ('heading, °', lambda row: _range(row, 'heading_rad', 0)),
+            ('speed, m/s', lambda row: _range(row, 'speed_m_s', 2)),
+        ],
+        [states[begin : begin + together] for begin in range(0, len(states), together)],
+        'heading: direction the waves run to, from the bow to port; 0 following',
+    )
 
 
-def _range(values: Sequence[float | None], decimals: int) -> str:
-    """Return the range of the known values, a dash for a calm."""
-    sizes = [value for value in values if value is not None]
+def _range(states: Sequence[Facts], key: str, decimals: int) -> str:
+    """Return the range of the known values of some states, a dash for a calm."""
+    sizes = [state[key] for state in states if state[key] is not None]
+    if key == 'heading_rad':  # −180° to 180°: following seas are about 0
+        sizes = [math.degrees(math.remainder(size, math.tau)) for size in sizes]
     if not sizes:
         return '–'
     low, high = (printed(value, f'z.{decimals}f') for value in (min(sizes), max(sizes)))
@@ -190,38 +189,32 @@ def _range(values: Sequence[float | None], decimals: int) -> str:
 # The facts of `tauto scene check`: the propagator, its cost and a bound of its error.
 
 
-def facts_table(facts: dict[str, Any]) -> RenderableType:
+def facts_table(facts: dict[str, Any]) -> str:
     """Return the facts of a scene as a table, and its weather as another."""
-    table = WholeTable(
-        title=f'{facts["scene"]}: can sail',
-        title_justify='left',
-        show_header=False,
-        box=box.SQUARE,
-    )
-    table.add_column()
-    table.add_column(overflow='fold')
-    for row in _scene_rows(facts):
-        table.add_row(*row)
-    table.add_section()
     expected = facts['expected']
-    table.add_row('propagator', f'{facts["propagator"]}: {facts["reason"]}')
-    if expected['steps_a_swing'] is not None:
-        steps, tolerance = expected['steps_a_swing'], expected['tolerance']
-        table.add_row('steps', f'{steps:.3g} a swing, each to {tolerance:g} of the swing')
-    if expected['accuracy'] is not None:
-        table.add_row('accuracy asked', f'{expected["accuracy"]:g} s a day')
-    absent = [effect for effect in facts['left_out'] if effect['key']]
-    table.add_row('not in this scene', '\n'.join(map(_left_out_words, absent)))
-    never = [effect for effect in facts['left_out'] if not effect['key']]
-    table.add_row('not simulated', '\n'.join(map(_left_out_words, never)))
-    run = span(expected['run_s'], digits=1)
-    machine = expected['measured_on']
-    table.add_row(
-        'expected run time', f'roughly {run} after the start, without a bag, on {machine}'
+    steps, tolerance = expected['steps_a_swing'], expected['tolerance']
+    absent, never = (
+        '\n'.join(_left_out_words(row) for row in facts['left_out'] if bool(row['key']) is has_key)
+        for has_key in (True, False)
     )
-    table.add_row('expected error', '\n'.join(_error_lines(facts)))
-    table.add_section()
-    return Group(table, weather_table(facts['weather'])) if 'weather' in facts else table
+    rows = [
+        *_scene_rows(facts),
+        ('', ''),
+        ('propagator', f'{facts["propagator"]}: {facts["reason"]}'),
+        ('steps', steps and f'{steps:.3g} a swing, each to {tolerance:g} of the swing'),
+        ('accuracy asked', expected['accuracy'] and f'{expected["accuracy"]:g} s a day'),
+        ('not in this scene', absent),
+        ('not simulated', never),
+        (
+            'expected run time',
+            f'roughly {span(expected["run_s"], digits=1)} after the start, without a bag, on '
+            f'{expected["measured_on"]}',
+        ),
+        ('expected error', '\n'.join(_error_lines(facts))),
+    ]
+    table = listed((label, text) for label, text in rows if text is not None)
+    weather = ['', weather_table(facts['weather'])] if 'weather' in facts else []
+    return '\n'.join([f'{facts["scene"]}: can sail', '', table, *weather])
 
 
 def _regulator_rows(facts: dict[str, Any]) -> Iterator[tuple[str, str]]:
@@ -446,41 +439,42 @@ def failures(result: Comparison) -> list[str]:
     return [f'{clock}, {case}: {why}' for (clock, case), why in reasons.items()]
 
 
-def comparison_table(result: Comparison) -> Table:
+def comparison_table(result: Comparison) -> str:
     """Return one line for each clock: rate, spread, error at the end, longitudes, prizes."""
     releases = ', '.join(f'{angle:g}' for angle in sorted({row.release for row in result.rows}))
     judged = any(row.prize_pounds is not None for row in result.rows)
+    rolls = len({row.roll_deg for row in result.rows}) > 1
+
+    def pounds(prize: int | None) -> str:
+        return '–' if prize is None else f'{prize:,}'
+
+    columns: list[tuple[str, Callable[[Row], str]]] = [
+        ('clock', lambda row: row.clock.removeprefix('clock_').replace('_', ' ')),
+        ('case', _case),
+        *([('roll\n°', lambda row: significant(row.roll_deg))] if rolls else []),
+        (
+            'rate\ns/day',
+            lambda row: (
+                'stopped' if row.stopped else figure(row.rate_s_per_day, 's/day', signed=True)
+            ),
+        ),
+        ('spread\ns/day', lambda row: figure(row.rate_spread_s_per_day, 's/day')),
+        ('error\ns', lambda row: figure(row.error_s, 's', signed=True)),
+        ('dial\nnmi', lambda row: figure(row.raw_error_nmi, 'nmi', signed=True)),
+        ('rated\nnmi', lambda row: figure(row.error_nmi, 'nmi', signed=True)),
+        ('dial\n£', lambda row: pounds(row.raw_prize_pounds)),
+        ('rated\n£', lambda row: pounds(row.prize_pounds)),
+    ]
     pays = 'pays nothing for a voyage of less than six weeks'
     prize = '£: prize by the Act of 1714' if judged else f'the Act of 1714 {pays}'
-    caption = (
+    return table(
+        f'{span(result.duration_s)} in the same sea, released at {releases} rad',
+        columns if judged else columns[:-2],
+        result.rows,
         'rate: mean of the run; spread: standard deviation of the rates over '
         f'{span(result.piece_s)} each; nmi: east of the truth, by the dial, and rated: corrected '
-        f'for the rate observed in port, in the same sea; {prize}'
+        f'for the rate observed in port, in the same sea; {prize}',
     )
-    rolls = len({row.roll_deg for row in result.rows}) > 1
-    columns = 'rate\ns/day', 'spread\ns/day', 'error\ns', 'dial\nnmi', 'rated\nnmi'
-    pounds = ('dial\n£', 'rated\n£')[: 2 * judged]
-    table = _table(
-        f'{span(result.duration_s)} in the same sea, released at {releases} rad',
-        *('clock', 'case', *['roll\n°'] * rolls, *columns, *pounds),
-        caption=caption,
-    )
-    for row in result.rows:
-        roll = [significant(row.roll_deg)] * rolls
-        name = row.clock.removeprefix('clock_').replace('_', ' ')
-        prizes = (row.raw_prize_pounds, row.prize_pounds)[: 2 * judged]
-        table.add_row(
-            name,
-            _case(row),
-            *roll,
-            'stopped' if row.stopped else figure(row.rate_s_per_day, 's/day', signed=True),
-            figure(row.rate_spread_s_per_day, 's/day'),
-            figure(row.error_s, 's', signed=True),
-            figure(row.raw_error_nmi, 'nmi', signed=True),
-            figure(row.error_nmi, 'nmi', signed=True),
-            *('–' if pounds is None else f'{pounds:,}' for pounds in prizes),
-        )
-    return table
 
 
 def _case(row: Row) -> str:
@@ -491,40 +485,32 @@ def _case(row: Row) -> str:
 # The budget of a rate: its causes, its uncertainty, and the effect of small changes.
 
 
-def budget_tables(facts: Facts) -> list[RenderableType]:
+def budget_text(facts: Facts) -> str:
     """Return a budget (`Budget.facts`) as texts and tables."""
-    total = figure(facts['whole']['rate_s_per_day'], 's/day', signed=True)
-    causes = _table('', 'cause', 's/day', 'nmi at the end', 'found')
-    rows = budget_rows(facts)
-    for place, cells in enumerate(rows):
-        causes.add_row(*cells, end_section=place == len(rows) - 4)
-    parts: list[RenderableType] = [
-        Text(f'{facts["scene"]}: why the rate is {total} s/day', style='italic'),
-        causes,
-        Text(f'{facts["sailed"]}.'),
-    ]
+
+    def rate(value: float) -> str:
+        return figure(value, 's/day', signed=True)
+
+    heads = placed('cause', 's/day', 'nmi at the end', 'found')
+    total = rate(facts['whole']['rate_s_per_day'])
+    causes = table(f'{facts["scene"]}: why the rate is {total} s/day', heads, budget_rows(facts))
+    parts = [causes, f'{facts["sailed"]}.']
     if facts['fixed_s_per_day'] is not None:
-        fixed = figure(facts['fixed_s_per_day'], 's/day', signed=True)
-        parts.append(Text(f'With its case fixed to the ship: {fixed} s/day.'))
+        parts.append(f'With its case fixed to the ship: {rate(facts["fixed_s_per_day"])} s/day.')
     if facts['rough']:
         spread = figure(facts['rough_s_per_day'], 's/day')
-        parts.append(Text(f'\nBadly known numbers leave an uncertainty of ± {spread} s/day:'))
-        rough = _table('', 'key', 'from', 's/day', 'to', 's/day')
-        for row in facts['rough']:
-            unit = f' {row["unit"]}' if row['unit'] else ''
-            rough.add_row(
-                row['key'],
-                f'{significant(row["least"])}{unit}',
-                figure(row['least_s_per_day'], 's/day', signed=True),
-                f'{significant(row["most"])}{unit}',
-                figure(row['most_s_per_day'], 's/day', signed=True),
-            )
-        parts.append(rough)
-    parts.append(Text('\nEffect of small changes, on land:'))
-    worth = _table('', 'change', 's/day')
-    for row in facts['worth']:
-        worth.add_row(row['what'], figure(row['rate_s_per_day'], 's/day', signed=True))
-    return [*parts, worth]
+        rough: Columns = [
+            ('key', lambda row: row['key']),
+            ('from', lambda row: f'{significant(row["least"])} {row["unit"]}'.strip()),
+            ('s/day', lambda row: rate(row['least_s_per_day'])),
+            ('to', lambda row: f'{significant(row["most"])} {row["unit"]}'.strip()),
+            ('s/day', lambda row: rate(row['most_s_per_day'])),
+        ]
+        title = f'Badly known numbers leave an uncertainty of ± {spread} s/day:'
+        parts.append(table(title, rough, facts['rough']))
+    worth = ('change', lambda row: row['what']), ('s/day', lambda row: rate(row['rate_s_per_day']))
+    parts.append(table('Effect of small changes, on land:', worth, facts['worth']))
+    return paragraphs(parts)
 
 
 # -----------------------------------------------------------------------------
@@ -533,40 +519,45 @@ def budget_tables(facts: Facts) -> list[RenderableType]:
 _CLOCKS = {'raw': 'dial', 'corrected': 'rated'}
 
 
-def fleet_tables(result: Answers) -> list[Table]:
+def fleet_tables(result: Answers) -> list[str]:
     """Return quantiles of the error, influences, and for a long voyage shares by the Act."""
     tables = []
     if prizes := result.within:
-        limits = (f'{prize.limit_nmi:g} nmi' for prize in prizes['raw'])
-        tables.append(_table('ships within', 'clock', *limits))
-        for clock, label in _CLOCKS.items():
-            shares = (
-                f'{percent(prize.share)} ({percent(prize.low)}–{percent(prize.high)})'
-                for prize in prizes[clock]
-            )
-            tables[-1].add_row(label, *shares)
+        limits = [f'{prize.limit_nmi:g} nmi' for prize in prizes['raw']]
+        shares = ((label, *map(_share, prizes[clock])) for clock, label in _CLOCKS.items())
+        tables.append(table('ships within', placed('clock', *limits), shares))
     title = 'quantiles of the error of the longitude over the ships [nmi]'
     sizes = ((label, result.quantiles_nmi[clock]) for clock, label in _CLOCKS.items())
     tables.append(_quantiles(title, sizes))
     if result.influences:
-        clocks = tuple(_CLOCKS.values())
-        title = 'rank correlation with the error, and with its size'
-        tables.append(_table(title, 'key', *clocks, *(f'{name}, size' for name in clocks)))
-        for row in result.influences:
-            ranks = (row.raw, row.corrected, row.raw_size, row.corrected_size)
-            signed = ('–' if rank is None else printed(rank, '+z.2f') for rank in ranks)
-            tables[-1].add_row(row.key, *signed)
+        ranks = (
+            (row.key, *map(_rank, (row.raw, row.corrected, row.raw_size, row.corrected_size)))
+            for row in result.influences
+        )
+        clocks = _CLOCKS.values()
+        heads = placed('key', *clocks, *(f'{name}, size' for name in clocks))
+        tables.append(table('rank correlation with the error, and with its size', heads, ranks))
     return tables
 
 
-def _quantiles(title: str, rows: Iterable[tuple[str, Sequence[float | None] | None]]) -> Table:
+def _share(prize: Any) -> str:
+    return f'{percent(prize.share)} ({percent(prize.low)}–{percent(prize.high)})'
+
+
+def _rank(rank: float | None) -> str:
+    return '–' if rank is None else printed(rank, '+z.2f')
+
+
+def _miles(size: float | None) -> str:
+    return figure(size, 'nmi')
+
+
+def _quantiles(title: str, rows: Iterable[tuple[str, Sequence[float | None] | None]]) -> str:
     """Return the quantiles of the error of each clock, dashes if unknown."""
     from tauto_core.ensembles.answers import QUANTILES
 
-    table = _table(title, 'clock', *map(percent, QUANTILES))
-    for clock, sizes in rows:
-        table.add_row(clock, *(figure(size, 'nmi') for size in sizes or [None] * len(QUANTILES)))
-    return table
+    cells = ((clock, *map(_miles, sizes or [None] * len(QUANTILES))) for clock, sizes in rows)
+    return table(title, placed('clock', *map(percent, QUANTILES)), cells)
 
 
 # -----------------------------------------------------------------------------
@@ -579,37 +570,28 @@ WAYS = {
 }
 
 
-def trial_tables(answers: TrialAnswers) -> Iterator[Table]:
+def trial_tables(answers: TrialAnswers) -> Iterator[str]:
     """Yield the table of prizes, the quantiles, and the parts by season and by ocean."""
     several = len(answers.clocks) > 1
-    rows = [(clock, way) for clock in answers.clocks for way in clock.ways]
-
-    def called(clock: ClockAnswers, way: str) -> str:
-        return f'{clock.clock}, {WAYS[way]}' if several else WAYS[way]
-
+    rows = [
+        (f'{clock.clock}, {WAYS[way]}' if several else WAYS[way], result)
+        for clock in answers.clocks
+        for way, result in clock.ways.items()
+    ]
     if answers.judged:
-        limits = [f'{prize.limit_nmi:g} nmi' for prize in answers.clocks[0].ways['raw'].prizes]
-        table = _table('passages within (95 % confidence)', 'clock', *limits)
-        for clock, way in rows:
-            table.add_row(called(clock, way), *(prize.said for prize in clock.ways[way].prizes))
-        yield table
+        limits = (f'{prize.limit_nmi:g} nmi' for prize in answers.clocks[0].ways['raw'].prizes)
+        shares = ((label, *(prize.said for prize in result.prizes)) for label, result in rows)
+        yield table('passages within (95 % confidence)', placed('clock', *limits), shares)
     title = 'quantiles of the error over the passages [nmi]'
-    sizes = ((called(clock, way), clock.ways[way].quantiles_nmi) for clock, way in rows)
-    yield _quantiles(title, sizes)
-    if answers.judged:
-        for title, parts in (('season', 'seasons'), ('ocean', 'oceans')):
-            yield _parts(answers, title, parts, called)
-
-
-def _parts(answers: TrialAnswers, title: str, parts: str, called: Any) -> Table:
-    table = _table('', title, 'clock', 'passages', '30 nmi', '40 nmi', '60 nmi', 'median, nmi')
-    for clock in answers.clocks:
-        for way in clock.ways:
-            for part in getattr(clock.ways[way], parts):
-                cells = [str(count) for count in (part.passages, *part.within)]
-                median = figure(part.median_nmi, 'nmi')
-                table.add_row(part.name, called(clock, way), *cells, median)
-    return table
+    yield _quantiles(title, ((label, result.quantiles_nmi) for label, result in rows))
+    for title, parts in (('season', 'seasons'), ('ocean', 'oceans')) if answers.judged else ():
+        heads = placed(title, 'clock', 'passages', '30 nmi', '40 nmi', '60 nmi', 'median, nmi')
+        cells = (
+            (part.name, label, *map(str, (part.passages, *part.within)), _miles(part.median_nmi))
+            for label, result in rows
+            for part in getattr(result, parts)
+        )
+        yield table('', heads, cells)
 
 
 def trial_remarks(answers: TrialAnswers) -> Iterator[str]:
@@ -635,10 +617,10 @@ def trial_remarks(answers: TrialAnswers) -> Iterator[str]:
 # A hull: its motions in waves, and its cost to a clock.
 
 
-def hull_page(facts: Facts) -> RenderableType:
+def hull_text(facts: Facts) -> str:
     """Return a hull as text: sizes, response amplitude operators, and rates."""
-    hull, ship = facts['hull'], facts['ship']
-    lines = (
+    hull, ship, sea = facts['hull'], facts['ship'], facts['sea']
+    lines = [
         f'{hull["name"]}: {hull["length_m"]:.3g} by {hull["beam_m"]:.3g} by '
         f'{hull["draught_m"]:.3g} m, {hull["volume_m3"]:.4g} m3, block coefficient '
         f'{hull["block_coefficient"]:.2f}',
@@ -648,34 +630,45 @@ def hull_page(facts: Facts) -> RenderableType:
         f'metacentric height {ship["metacentric_height_m"]:.2g} m, centre of gravity '
         f'{printed(ship["centre_of_gravity_m"], "+.2g")} m from the waterline; '
         f'{ship["speed_m_s"]:g} m/s',
+    ]
+
+    def degrees(row: Facts, key: str) -> str:
+        return f'{math.degrees(row[key]):.{0 if key == "heading_rad" else 1}f}'
+
+    def period(row: Facts, name: str) -> str:
+        return '–' if row[f'{name}_at_s'] is None else f'{row[f"{name}_at_s"]:.1f}'
+
+    peaks = table(
+        'largest motions, per metre of wave',
+        [
+            ('heading, °', lambda row: degrees(row, 'heading_rad')),
+            ('heave, m', lambda row: f'{row["heave_m_per_m"]:.2f}'),
+            ('wave, s', lambda row: period(row, 'heave')),
+            ('roll, °', lambda row: degrees(row, 'roll_rad_per_m')),
+            ('wave, s', lambda row: period(row, 'roll')),
+            ('pitch, °', lambda row: degrees(row, 'pitch_rad_per_m')),
+            ('wave, s', lambda row: period(row, 'pitch')),
+        ],
+        facts['operators'],
     )
-    heads = ('heading, °', 'heave, m', 'wave, s', 'roll, °', 'wave, s', 'pitch, °', 'wave, s')
-    peaks = _table('largest motions, per metre of wave', *heads, pad=1)
-    for operator in facts['operators']:
-        at = {
-            name: '–' if (period := operator[f'{name}_at_s']) is None else f'{period:.1f}'
-            for name in ('heave', 'roll', 'pitch')
-        }
-        peaks.add_row(
-            f'{math.degrees(operator["heading_rad"]):.0f}',
-            *(f'{operator["heave_m_per_m"]:.2f}', at['heave']),
-            *(f'{math.degrees(operator["roll_rad_per_m"]):.1f}', at['roll']),
-            *(f'{math.degrees(operator["pitch_rad_per_m"]):.1f}', at['pitch']),
-        )
-    sea = facts['sea']
-    height, period = sea['significant_wave_height_m'], sea['peak_period_s']
-    table = _table(
-        f'a weight in a Bretschneider sea of {height} m, {period:g} s: s/day',
-        *('heading, °', 'forward, m', 'up, m', 'heave', 'athwart', 'fore and aft'),
-        *('plane kept vertical', 'leaning freely', 'plane pitches with ship'),
-        caption='heading: direction the waves run to, from the bow to port; 180 head seas',
-        pad=1,
+    parts = {
+        'forward, m': 'forward_m',
+        'up, m': 'up_m',
+        'heave': 'heave',
+        'athwart': 'athwart',
+        'fore\nand aft': 'fore_and_aft',
+        'plane kept\nvertical': 'kept_vertical',
+        'leaning\nfreely': 'leaning_freely',
+        'plane pitches\nwith ship': 'pitching',
+    }
+    height, peak = sea['significant_wave_height_m'], sea['peak_period_s']
+    rates = table(
+        f'a weight in a Bretschneider sea of {height} m, {peak:g} s: s/day',
+        placed('heading, °', *parts),
+        (
+            (degrees(row, 'heading_rad'), *(printed(row[key], 'z.1f') for key in parts.values()))
+            for row in facts['rates_s_per_day']
+        ),
+        'heading: direction the waves run to, from the bow to port; 180 head seas',
     )
-    parts = ('heave', 'athwart', 'fore_and_aft', 'kept_vertical', 'leaning_freely', 'pitching')
-    for rate in facts['rates_s_per_day']:
-        table.add_row(
-            f'{math.degrees(rate["heading_rad"]):.0f}',
-            *(f'{rate["forward_m"]:.1f}', f'{rate["up_m"]:.1f}'),
-            *(printed(rate[part], 'z.1f') for part in parts),
-        )
-    return Group(*map(Text, lines), Text(''), peaks, Text(''), table)
+    return '\n'.join([*lines, '', peaks, '', rates])

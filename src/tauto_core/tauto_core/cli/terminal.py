@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import codecs
 import io
 import os
 import signal
 import sys
 import threading
-import unicodedata
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -19,8 +17,6 @@ import typer
 from tauto_core.scene.errors import ABSENT, Argument, SceneError, TautoWarning, UsageError, spelled
 
 if TYPE_CHECKING:
-    from rich.console import RenderableType
-
     from tauto_core.scene import Scene
 
 
@@ -144,33 +140,16 @@ def saying_warnings() -> Iterator[None]:
         yield
 
 
-def print_rich(*parts: RenderableType, err: bool = False) -> None:
-    """Print texts (without markup) and tables, without trailing blanks."""
-    from rich.console import Console
-
-    console = Console(stderr=err, highlight=False, markup=False)
-    with console.capture() as captured:
-        for part in parts:
-            console.print(part, crop=False)
-    lines = captured.get().splitlines()
-    typer.echo('\n'.join(line.rstrip() for line in lines), err=err)
-
-
 # -----------------------------------------------------------------------------
 # Standard streams may be closed or full, or have another encoding than UTF-8.
 
-_PLAIN = {'−': '-', '–': '-', '—': '-', '…': '...', '√': 'sqrt', '≤': '<=', '≥': '>=', '→': '->'}
-_GREEK = 'GREEK SMALL LETTER '
-_HANDLER = 'tauto_plain'
-
 
 def prepare_streams() -> None:
-    """Make any text printable on any terminal."""
+    """Open closed streams, and print characters that their encoding lacks as escapes."""
     open_closed_streams()
-    codecs.register_error(_HANDLER, _plain)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
-            stream.reconfigure(errors=_HANDLER)
+            stream.reconfigure(errors='backslashreplace')
 
 
 def drop_output() -> None:
@@ -186,23 +165,6 @@ def open_closed_streams() -> None:
     for name, mode in (('stdin', 'r'), ('stdout', 'w'), ('stderr', 'w')):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, mode, encoding='utf-8'))  # noqa: SIM115
-
-
-def _plain(error: UnicodeError) -> tuple[str | bytes, int]:
-    """Return the replacement of a character that an encoding lacks, and the place after it.
-
-    A minus becomes a hyphen. Lone surrogates, Python's form of bytes in file names that are not
-    text, become these bytes.
-    """
-    if not isinstance(error, UnicodeEncodeError):
-        raise error
-    character, end = error.object[error.start], error.start + 1
-    if '\udc80' <= character <= '\udcff':
-        return bytes([ord(character) - 0xDC00]), end
-    name = unicodedata.name(character, '')
-    if name.startswith(_GREEK):
-        return name.removeprefix(_GREEK).lower(), end
-    return _PLAIN.get(character) or ascii(character)[1:-1], end
 
 
 # -----------------------------------------------------------------------------

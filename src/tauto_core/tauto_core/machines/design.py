@@ -19,9 +19,6 @@ from tauto_core.scene.errors import Argument, UsageError
 from tauto_core.scene.refuse import LARGEST_SIZE, LEAST_SIZE
 from tauto_core.scene.units import fitting, in_unit, measure, unit_of
 
-_OLD = {'line': 'paris_line', 'pound': 'paris_pound'}
-"""Units as Sully and Euler name them."""
-
 
 def _check_size(value: float, named: str | Argument) -> None:
     """Refuse a quantity outside the limits of a design, in any unit."""
@@ -58,42 +55,19 @@ class WheelDesign:
     too_small: str = ''
 
 
-def units(length_unit: str, weight_unit: str, gravity: float) -> tuple[float, float]:
-    """Return the units of a design in metres and newtons. UsageError: an unknown unit."""
-
-    def size(argument: str, word: str, *bases: str) -> tuple[float, str]:
-        for unit in bases:
-            number = in_unit(f'1 {_OLD.get(word, word)}', unit)
-            if isinstance(number, float):
-                return number, unit
-        fit = ', '.join(name for unit in bases for name in fitting(unit_of(unit)))
-        raise UsageError(Argument(argument, repr(word), spaced=True), f': use one of {fit}')
-
-    metres, (weight, of) = (
-        size('length_unit', length_unit, 'm')[0],
-        size('weight_unit', weight_unit, 'N', 'kg'),
-    )
-    return metres, weight * (gravity if of == 'kg' else 1.0)
-
-
 def wheel_design(
     sizes: Mapping[str, float | str | None],
     *,
     disc_is_base: bool,
-    length_unit: str,
-    weight_unit: str,
     gravity: float,
     tool_mm: float,
 ) -> WheelDesign:
     """Return the design with three given sizes (`tauto.design`).
 
-    A text has a unit, as `5 mm`. A weight may have a unit of mass.
-
     Args:
-        sizes: period, pendulum, inertia, disc_weight, disc_radius, pull and base_radius.
+        sizes: period, pendulum, inertia, disc_weight, disc_radius, pull and base_radius, see
+            `size_in_si`.
         disc_is_base: whether the radius of the disc is the base radius (XX).
-        length_unit: unit of lengths.
-        weight_unit: unit of weights and the pull, of force or of mass.
         gravity: acceleration of gravity [m/s2].
         tool_mm: diameter of the smallest tool [mm].
 
@@ -102,23 +76,12 @@ def wheel_design(
             1e-30 and 1e30, or an unknown unit.
     """
     _check_size(gravity, Argument('gravity', repr(gravity), spaced=True))
-    metres, newtons = units(length_unit, weight_unit, gravity)
-    units_of = {
-        'period': ('s', 1.0),
-        'pendulum': ('m', metres),
-        'inertia': ('kg m2', 1.0),
-        'disc_weight': ('N', newtons),
-        'disc_radius': ('m', metres),
-        'pull': ('N', newtons),
-        'base_radius': ('m', metres),
-    }
-    si: dict[str, float | None] = dict.fromkeys(units_of)
-    for name, (unit, size) in units_of.items():
-        value = sizes[name]
+    units = {'period': 's', 'inertia': 'kg m2', 'disc_weight': 'N', 'pull': 'N'}
+    si: dict[str, float | None] = dict.fromkeys(sizes)
+    for name, value in sizes.items():
         if value is not None:
-            number, scale = _number(name, value, unit, size, gravity)
-            _check_size(number, Argument(name, repr(number), spaced=True))
-            si[name] = number * scale
+            si[name] = size = size_in_si(name, value, units.get(name, 'm'), gravity)
+            _check_size(size, Argument(name, repr(size), spaced=True))
     for name, twin in (
         ('period', 'pendulum'),
         ('inertia', 'disc_weight'),
@@ -205,20 +168,13 @@ def _four(*terms: float | None) -> list[float]:
     return [math.prod(across) / partner if term is None else term for term in terms]
 
 
-def _number(
-    name: str, value: float | str, unit: str, size: float, gravity: float
-) -> tuple[float, float]:
-    """Return a number and its unit in SI units, which is `size` for a value without a unit."""
+def size_in_si(name: str, value: float | str, unit: str, gravity: float) -> float:
+    """Return a size in an SI unit. A text has its unit, such as `5 mm`; a weight also `50 g`."""
+    mass = in_unit(value, 'kg') if unit == 'N' and isinstance(value, str) else None
+    if isinstance(mass, float):
+        return mass * gravity
     try:
-        return float(value), size
-    except ValueError:
-        pass
-    # a weight may be given by its mass, such as `50 g`
-    mass = in_unit(value, 'kg')
-    if unit == 'N' and isinstance(mass, float):
-        return mass, gravity
-    try:
-        return measure(value, unit), 1.0
+        return measure(value, unit)
     except ValueError as error:
         masses = f', {", ".join(fitting(unit_of("kg")))}' if unit == 'N' else ''
         raise UsageError(Argument(name, repr(value), spaced=True), f': {error}{masses}') from None

@@ -179,16 +179,19 @@ def declared(description: str | None) -> str | None:
     return 'deg' if 'in degrees' in (description or '') else None
 
 
+def unit_in(value: object) -> str:
+    """Return the unit of a text such as `5 mm`, '' for anything else."""
+    text = value.strip()[: _LONGEST + 1] if isinstance(value, str) else ''
+    # most texts are words: compile no expression for them
+    match = re.fullmatch(_MEASURE, text) if text[:1] in _BEGINNINGS else None
+    return match[2] if match else ''
+
+
 def in_words(value: object) -> bool:
-    """Return whether a value is a text that looks like a number with a unit, or a list with
-    one."""
-    if isinstance(value, str):
-        text = value.strip()[: _LONGEST + 1]
-        # most texts are words: compile no expression for them
-        return text[:1] in _BEGINNINGS and re.fullmatch(_MEASURE, text) is not None
+    """Return whether a value looks like a number with a unit, or is a list with one."""
     if isinstance(value, list | tuple) and not {str, list, tuple}.isdisjoint(map(type, value)):
         return any(map(in_words, value))
-    return False
+    return unit_in(value) != ''
 
 
 def in_unit(value: object, unit: str) -> object:
@@ -220,17 +223,14 @@ def _number(text: str, unit: str) -> float | None:
     return number * math.radians(1.0) ** (source.degrees - wanted.degrees)
 
 
-def has_unit(text: str) -> bool:
-    """Return whether a text is a number with a known unit."""
-    match = re.fullmatch(_MEASURE, text.strip())
-    return match is not None and unit_of(match[2]) is not None
-
-
 def misfit(value: str, unit: str) -> tuple[str, str] | None:
     """Return why `in_unit` did not convert a text, and the remedy.
 
     None if the text is not a number with a unit.
     """
+    if not unit:
+        known = unit_of(unit_in(value)) is not None
+        return ('must be a number without a unit', '') if known else None
     point = value.replace(',', '.', 1)
     if point != value:
         with suppress(ValueError):
