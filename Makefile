@@ -135,7 +135,7 @@ $(foreach s,.installed .installed-dev,$(if $(filter $(CURDIR),$(shell cat .venv/
   $(eval .venv/$(s): FORCE)))
 
 .venv/.installed: $(SETUP_FILES)
-	@$(call install,-e 'src/tauto_core[report]' -e 'src/tauto_nodes[ros]')
+	@$(call install,-e src/tauto_core -e 'src/tauto_nodes[ros]')
 
 .venv/.installed-dev: $(SETUP_FILES)
 	@$(call install,-e 'src/tauto_core[dev]' -e 'src/tauto_nodes[ros]')

@@ -15,8 +15,6 @@ from typing import Any
 
 BROWSER = shutil.which('chromium') or shutil.which('chromium-browser')
 DEADLINE_S = 300.0
-CHARTS = 'typeof Bokeh !== "undefined" && Bokeh.documents.length > 0'
-"""Finds a page drawn whose charts are."""
 
 
 class Browser:
@@ -78,7 +76,7 @@ class Browser:
                 assert 'error' not in said, said['error']
                 return said['result']
 
-    def show(self, page: Path, width: int, *, dark: bool, drawn: str = CHARTS) -> None:
+    def show(self, page: Path, width: int, *, dark: bool) -> None:
         """Open a page at a width [pixels] and wait until an expression finds it drawn."""
         self.ask(
             'Emulation.setDeviceMetricsOverride',
@@ -92,7 +90,7 @@ class Browser:
         self.faults.clear()
         self.ask('Page.navigate', url=page.as_uri())
         deadline = time.monotonic() + DEADLINE_S
-        while not self.run(f'document.readyState === "complete" && {drawn}'):
+        while not self.run('document.readyState === "complete"'):
             assert time.monotonic() < deadline, f'{page}: was not drawn'
             time.sleep(0.1)
 

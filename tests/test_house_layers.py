@@ -13,7 +13,6 @@ SRC = Path(__file__).parents[1] / 'src'
 CORE = SRC / 'tauto_core' / 'tauto_core'
 WELCOME = {
     'allantools',
-    'bokeh',
     'build123d',
     'capytaine',
     'ezdxf',

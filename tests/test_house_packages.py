@@ -110,7 +110,7 @@ def test_the_extras_are_those_that_the_page_names() -> None:
     from importlib.metadata import metadata
 
     extras = set(metadata('tauto_core').get_all('Provides-Extra') or ())
-    assert {'ros', 'report', 'fleet', 'docs'} <= extras
+    assert {'ros', 'fleet', 'docs'} <= extras
     page = (ROOT / 'docs' / 'glance.md').read_text(encoding='utf-8')
-    for name in ('ros', 'report', 'fleet', 'docs'):
+    for name in ('ros', 'fleet', 'docs'):
         assert f'`{name}`' in page

@@ -36,7 +36,7 @@ ROSDEP_KEYS = {
 }
 """Requirements that rosdep installs from Ubuntu's packages: rosdistro 8468e88, rosdep/python.yaml.
 
-It has none for allantools, llvmlite, lz4, mcap, mpmath and zstandard; rosbags and bokeh only by
+It has none for allantools, llvmlite, lz4, mcap, mpmath and zstandard; rosbags only by
 pip, which Ubuntu 24.04 refuses to let into the system.
 """
 

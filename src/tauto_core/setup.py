@@ -9,7 +9,6 @@ PACKAGE = 'tauto_core'
 VERSION = runpy.run_path(f'{PACKAGE}/version.py')['BASE']
 
 TEST = [
-    'bokeh>=3.4',
     'boule>=0.5',  # normal gravity, by another formula
     'colcon-common-extensions>=0.3',
     'colcon-defaults>=0.2.9',
@@ -53,8 +52,6 @@ ARRAYS = ['pandas>=2.2', 'xarray>=2024.6']
 NOTEBOOK = ['ipykernel>=6.29', 'nbclient>=0.10']
 # Tracks as log-books.
 GPX = ['gpxpy>=1.5']
-# The charts of `tauto report`, in a script that the page holds.
-REPORT = ['bokeh>=3.4']
 # The rows of `tauto fleet --out`.
 FLEET = ['pyarrow>=16.0']
 # Weather and air of NetCDF along the track; NetCDF 3 needs xarray alone.
@@ -136,7 +133,6 @@ setup(
         'hindcast': HINDCAST,
         'hull': HULL,
         'notebook': NOTEBOOK,
-        'report': REPORT,
         'ros': ROS,
     },
     entry_points={'console_scripts': ['tauto = tauto_core.cli:main']},

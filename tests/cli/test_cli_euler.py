@@ -126,7 +126,7 @@ def test_pages_are_read_at_any_width_and_moved_by_the_keyboard(site: Path, tmp_p
         for edition in EDITIONS:
             page = site / f'{edition.file}.html'
             for width, dark in ((380, True), (1600, False)):
-                browser.show(page, width, dark=dark, drawn='true')
+                browser.show(page, width, dark=dark)
                 assert browser.run('document.documentElement.scrollWidth') <= width
                 # the formulas are set: a fraction is higher than its line
                 bars = 'Math.min(...[...document.querySelectorAll("math > mfrac")].map('

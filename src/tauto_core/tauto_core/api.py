@@ -1291,7 +1291,7 @@ def report(
 
     Raises:
         UsageError: another suffix, or a folder that does not exist.
-        TautoError: Bokeh is not installed, or the source cannot be read or sailed.
+        TautoError: the source cannot be read or sailed.
     """
     from tauto_core.plots.page import check_report, write_report
 

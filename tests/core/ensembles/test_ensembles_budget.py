@@ -331,7 +331,6 @@ def test_it_is_kept_with_the_voyage_and_the_report_shows_it(tmp_path: Path) -> N
     assert run.stderr.strip().endswith('budget.json')
     assert kept_budget(bag) == json.loads(run.stdout)
     assert budget_text(json.loads(run.stdout))
-    pytest.importorskip('bokeh')
     page = tmp_path / 'page.html'
     tauto.report(bag, page)
     assert 'The causes of the rate' in page.read_text(encoding='utf-8')

@@ -1,7 +1,4 @@
-"""Charts: lines, bands and points on axes with units, and how Matplotlib draws them.
-
-The page of a voyage draws the same charts with Bokeh (`plots.page`).
-"""
+"""Charts: lines, bands and points on axes with units, and how Matplotlib draws them."""
 
 from __future__ import annotations
 
@@ -139,14 +136,15 @@ class Chart:
             sentences += [f'{name}.' for name, _, _ in panel.names]
         return ' '.join(filter(None, sentences))
 
-    def name_rows(self, share: float) -> list[list[Mark]]:
-        """Return the named marks in rows that keep names apart by a share of the width."""
+    @property
+    def name_rows(self) -> list[list[Mark]]:
+        """The named marks in rows that keep names apart by a tenth of the width."""
         ends = [
             float(end(line.x)) for line in self.lines if len(line.x) for end in (np.min, np.max)
         ]
         rows: list[list[Mark]] = []
         for mark in sorted((mark for mark in self.marks if mark.name), key=lambda mark: mark.x):
-            limit = mark.x - share * (max(ends) - min(ends))
+            limit = mark.x - 0.1 * (max(ends) - min(ends))
             row = next((row for row in rows if row[-1].x <= limit), None)
             if row is None:
                 rows.append([mark])
@@ -168,19 +166,21 @@ MAP_RATIO = 1.5
 """Width over height of a map."""
 
 
-def draw(of: Chart, name: str) -> Figure:
-    """Return a chart as a figure, with the name of the scene in its title."""
+def draw(of: Chart, name: str = '', width_in: float = 6.4) -> Figure:
+    """Return a chart as a figure, with title and notes if the name of the scene is given."""
     from tauto_core.plots.picture import Picture
 
     panels = of.panels
     high = 6.0 if of.equal else 5.0 if of.is_map else 2.4 + 1.6 * len(panels)
-    figure = Picture(figsize=(6.4, high), layout='constrained')
+    figure = Picture(figsize=(width_in, high), layout='constrained')
     figure.described = of.described
     for axes, panel in zip(
         figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0], panels, strict=True
     ):
         draw_on(axes, panel)
         axes.label_outer()
+    if not name:
+        return figure
     named = any(mark.name for mark in of.marks)
     title = f'{name}: {of.title[0].lower()}{of.title[1:]}'
     figure.axes[0].set_title(title, loc='left', fontsize=11.0, pad=22.0 if named else 6.0)
@@ -200,7 +200,7 @@ def draw_on(axes: Axes, of: Chart) -> None:
         axes.axvline(mark.x, color=COLOURS['grey'], lw=0.8, ls='--' if mark.name else ':')
     # names are above the axes, aligned to the edge if near it, and raised if they would collide
     left, right = axes.get_xlim()
-    for row, marks in enumerate(of.name_rows(0.1)):
+    for row, marks in enumerate(of.name_rows):
         for mark in marks:
             place = (mark.x - left) / (right - left)
             axes.annotate(

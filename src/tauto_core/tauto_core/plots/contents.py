@@ -1,6 +1,6 @@
 """The pictures of a voyage: their contents as charts, and their files.
 
-`tauto plot` draws the charts with Matplotlib, `tauto report` with Bokeh.
+Matplotlib draws the charts.
 """
 
 from __future__ import annotations

@@ -6,12 +6,12 @@ import json
 import math
 import platform
 import re
-from functools import partial
 from html import escape
 from importlib.metadata import version
+from io import StringIO
 from pathlib import Path
 from string import Template
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,27 +19,23 @@ from numpy.typing import ArrayLike
 from tauto_core.curves import Cam
 from tauto_core.curves.fluid import coordinates
 from tauto_core.ensembles.budget import kept_budget
-from tauto_core.files import check_place, write_output
+from tauto_core.files import LOOK, check_place, write_output
 from tauto_core.machines import FluidPendulum, LeverMachine, compile_machine
 from tauto_core.machines.threads import HoleThread
 from tauto_core.machines.threads.lever import LeverThread
-from tauto_core.plots.chart import COLOURS, Chart, Line
+from tauto_core.plots.chart import COLOURS, Chart, draw
 from tauto_core.plots.contents import PART_S, PICTURES, chart, map_samples, seaway, window
 from tauto_core.plots.machine import MM, draw_machine, fulcrum_mm
 from tauto_core.results import SIGNS, budget_rows, damage_sentence, groups
 from tauto_core.samples import FloatArray
 from tauto_core.scene import Scene, scene_yaml
-from tauto_core.scene.errors import Argument, TautoError, UsageError, install
+from tauto_core.scene.errors import Argument, UsageError
 from tauto_core.scene.times import DAY_S
 from tauto_core.ship.coast import MapFrame, land
 from tauto_core.version import code
 from tauto_core.version import version as tauto_version
 from tauto_core.voyage import Voyage
 from tauto_core.wording import figure, span
-
-if TYPE_CHECKING:
-    from bokeh.model import Model
-
 
 # -----------------------------------------------------------------------------
 # The data of the moving machine in a report: outlines, and the motion in several parts.
@@ -398,39 +394,27 @@ def dial(name: str, label: str, colour: str) -> str:
 
 
 # -----------------------------------------------------------------------------
-# The page. It contains everything, including Bokeh's script, and uses no network.
+# The page. It contains everything, and uses no network.
 
-_TOOLS = 'pan,box_zoom,reset,save'
-_FONT = 'system-ui, sans-serif'
-
-
-class ReportError(TautoError):
-    """A report that cannot be made."""
+WIDE_IN, NARROW_IN = 12.0, 6.4
+"""Width of a chart in the story, and of one of a pair [in]."""
 
 
 def check_report(file: Path) -> None:
     """Refuse a file to which a report cannot be written.
 
-    Raises:
-        UsageError: the suffix is not .html, or `check_place` refuses the file.
-        ReportError: Bokeh is not installed.
+    UsageError: the suffix is not .html, or `check_place` refuses the file.
     """
     if file.suffix != '.html':
         raise UsageError(Argument('file', file), ': must end in .html. Name another file')
     check_place(file, 'file')
-    try:
-        version('bokeh')
-    except ModuleNotFoundError:
-        raise ReportError(
-            f'`tauto report` needs bokeh, which is not installed. Run {install("report")}'
-        ) from None
 
 
 def write_report(voyage: Voyage, file: Path, command: str) -> None:
     """Write the page of a voyage, with the command line that made it, and replace the file.
 
     Raises:
-        UsageError, ReportError: see `check_report`.
+        UsageError: see `check_report`.
         OutputError: the file cannot be written.
     """
     check_report(file)
@@ -468,15 +452,8 @@ _BODY = {
 """Heading of the moving picture, by whether the ship is at rest and whether there is a curve."""
 
 
-# Bokeh's random names of its parts.
-_UUID = r'[0-9a-f]{8}(?:-[0-9a-f]{4}){3}-[0-9a-f]{12}'
-
-
 def report_html(voyage: Voyage, command: str) -> str:
     """Return the page of a voyage, with the command line that made it."""
-    from bokeh.embed import components
-    from bokeh.resources import Resources
-
     charts, missing = {}, {}
     for name in PICTURES:
         try:
@@ -484,29 +461,18 @@ def report_html(voyage: Voyage, command: str) -> str:
         except UsageError as error:  # the voyage lacks its data
             missing[name] = f'Not drawn: {error}.'
     course, track = _map_section(voyage, charts.pop('map', None), missing.get('map', ''))
-    models: dict[str, Model] = {name: interactive(of) for name, of in charts.items()}
-    script, divs = components(models)
-    numbers: dict[str, str] = {}
-    numbered = partial(re.sub, _UUID, lambda at: numbers.setdefault(at[0], f'b{len(numbers)}'))
-    script = numbered(script)
 
-    def section(name: str, level: int) -> str:
+    def section(name: str, level: int, width_in: float) -> str:
         if name not in charts:
             return f'<p class="note">{escape(missing[name])}</p>'
         of = charts[name]
         words = ' '.join(panel.note for panel in of.panels if panel.note)
         notes = f'<p class="note">{escape(words)}</p>' if words else ''
         head = f'<section id="{name}"><h{level}>{escape(of.title)}</h{level}>'
-        named = dict.fromkeys(
-            (line.name, line.colour, line.kind) for panel in of.panels for line in panel.lines
-        )
-        picture = (
-            f'<div role="img" aria-label="{escape(of.described)}">{numbered(divs[name])}</div>'
-        )
-        keys = _keys([line for line in named if line[0]])
-        return f'{head}{picture}{keys}{notes}</section>'
+        label = f'class="chart" role="img" aria-label="{escape(of.described)}"'
+        return f'{head}<div {label}>{chart_svg(of, width_in)}</div>{notes}</section>'
 
-    story = [section(name, 2) for name in STORY if name in charts]
+    story = [section(name, 2, WIDE_IN) for name in STORY if name in charts]
     budget = voyage.result.get('bag') and kept_budget(Path(str(voyage.result['bag'])))
     if budget:
         story.append(_budget(budget))
@@ -524,10 +490,10 @@ def report_html(voyage: Voyage, command: str) -> str:
             rows.append(f'<tr>{cells}<td>{escape(unit)}</td></tr>')
     folded = [
         f'<details><summary>{subject}</summary><div class="pair">'
-        f'{"".join(section(name, 3) for name in names)}</div></details>'
+        f'{"".join(section(name, 3, NARROW_IN) for name in names)}</div></details>'
         for subject, names in SUBJECTS.items()
     ]
-    programs = ('numpy', 'scipy', 'llvmlite', 'bokeh')
+    programs = ('numpy', 'scipy', 'llvmlite', 'matplotlib')
     versions = [
         f'tauto_core {tauto_version()} (code {code()})',
         f'Python {platform.python_version()}',
@@ -561,14 +527,9 @@ def report_html(voyage: Voyage, command: str) -> str:
         f'<g transform="translate(184,54)">{dial("dial", "the dial", "blue")}</g>',
         signs=escape(SIGNS),
         figures='\n'.join(rows),
-        library=Resources(mode='inline', components=['bokeh']).render_js(),
         story='\n'.join(story),
         folded='\n'.join(folded),
-        script=script,
         shown=json.dumps(data, separators=(',', ':'), allow_nan=False),
-        recolour=json.dumps(
-            {COLOURS[name]: [INK['light'][name], INK['dark'][name]] for name in COLOURS}
-        ),
         scene=escape(scene_yaml(voyage.scene)),
         made=f'<code>{escape(command)}</code><br>{escape(", ".join(versions))}',
     )
@@ -683,105 +644,27 @@ def _budget(facts: dict[str, Any]) -> str:
     )
 
 
-def interactive(of: Chart) -> Any:
-    """Return a chart as a Bokeh figure, or as a column of figures with a common x axis."""
-    from bokeh.layouts import column
+def chart_svg(of: Chart, width_in: float) -> str:
+    """Return a chart as an SVG element, in the colours of the page."""
+    import matplotlib as mpl
 
-    figures: list[Any] = []
-    for panel in of.panels:
-        figures.append(_bokeh_figure(panel, len(of.panels)))
-        if len(figures) > 1:
-            figures[-1].x_range = figures[0].x_range
-        figures[-1].below[0].visible = panel.below is None
-    return figures[0] if len(figures) == 1 else column(*figures, sizing_mode='stretch_width')
-
-
-def _bokeh_figure(of: Chart, panels: int) -> Any:
-    from bokeh.models import (
-        CrosshairTool,
-        FixedTicker,
-        HoverTool,
-        LinearAxis,
-        Range1d,
-        WheelZoomTool,
+    written = StringIO()
+    # names of clips and marks that no other chart has
+    with mpl.rc_context(LOOK | {'svg.hashsalt': of.title}):
+        figure = draw(of, width_in=width_in)
+        figure.savefig(written, format='svg', transparent=True, metadata={'Date': None})
+    text = written.getvalue()
+    text = text[text.index('<svg') :]
+    # the style sheet within would hold for the page
+    text = re.sub(
+        r'<metadata>.*?</metadata>|<style .*?</style>| id="[\w.]+_\d+"', '', text, flags=re.S
     )
-    from bokeh.models.annotations import Span
-    from bokeh.plotting import figure
-
-    axes: Any = figure(
-        height=440 if of.equal else 340 if panels == 1 else 200,
-        sizing_mode='stretch_width',
-        tools=_TOOLS,
-        x_axis_type='log' if of.log_x else 'linear',
-        y_axis_type='log' if of.log_y else 'linear',
-        x_axis_label=of.x_label,
-        y_axis_label=of.y_label,
-        match_aspect=of.equal,
-        min_border_left=60,
-        background_fill_color=None,
-        border_fill_color=None,
-        outline_line_color=None,
-    )
-    axes.toolbar.logo = None
-    axes.toolbar.autohide = True
-    for axis in axes.axis:
-        axis.axis_label_text_font = axis.major_label_text_font = _FONT
-        axis.axis_label_text_font_style = 'normal'
-        axis.axis_label_text_font_size = axis.major_label_text_font_size = '13px'
-        axis.minor_tick_line_color = None
-    axes.add_tools(WheelZoomTool(), CrosshairTool(line_color='#767676', line_alpha=0.6))
-    limits = of.y_limits()
-    if limits is not None:
-        axes.y_range = Range1d(start=limits[0], end=limits[1])
-    for mark in of.marks:
-        dash, grey = 'dashed' if mark.name else 'dotted', COLOURS['grey']
-        axes.add_layout(Span(location=mark.x, dimension='height', line_color=grey, line_dash=dash))
-    # names are ticks of further axes above the frame, which follow the lines when zoomed
-    for row in of.name_rows(NAME_SHARE):
-        named: Any = LinearAxis(
-            name='events',
-            major_label_overrides={mark.x: mark.name for mark in row},
-            major_label_text_font=_FONT,
-            major_label_text_font_size='12px',
-            major_label_standoff=2,
-            major_tick_line_color=None,
-            minor_tick_line_color=None,
-            axis_line_color=None,
-        )
-        named.ticker = FixedTicker(ticks=[mark.x for mark in row])
-        axes.add_layout(named, 'above')
-        # room for half a name at the right end
-        axes.min_border_right = 30
-    for line in of.lines:
-        drawn = _bokeh_line(axes, line, solid=of.equal)
-        if line.kind in ('line', 'points') and not of.equal:
-            tips = [(line.name or of.y_label, '@y'), (of.x_label, '@x')]
-            axes.add_tools(HoverTool(renderers=[drawn], tooltips=tips, mode='mouse'))
-    if not of.y_ticks:
-        axes.yaxis.ticker = []
-    return axes
+    return re.sub('|'.join(_DRAWN), lambda at: f'var(--{_DRAWN[at[0]]})', text)
 
 
-NAME_SHARE = 0.18
-"""Distance of two names in one row, as a share of a chart's width of 380 pixels or more."""
-
-
-def _bokeh_line(axes: Any, line: Line, *, solid: bool) -> Any:
-    colour, x, y = COLOURS[line.colour], _short(line.x), _short(line.y)
-    if line.kind in ('band', 'bars'):
-        assert line.high is not None
-        high = _short(line.high)
-        if line.kind == 'band':
-            return axes.varea(x, y, high, color=colour, alpha=0.2)
-        return axes.segment(x, y, x, high, color=colour, line_width=5, alpha=0.6)
-    if line.kind == 'points':
-        return axes.scatter(x, y, size=4 if len(x) > 100 else 7, color=colour)
-    if line.kind == 'area':
-        return axes.patch(x, y, color=colour, fill_alpha=0.5)
-    dash = 'dashed' if line.colour == 'orange' and not solid else 'solid'
-    return axes.line(x, y, color=colour, line_width=1.6, line_dash=dash)
-
-
-def _short(values: FloatArray) -> Any:
-    """Return numbers in single precision, finer than any screen."""
-    return np.asarray(values, np.float32)
+_DRAWN = {colour: name for name, colour in COLOURS.items()} | {
+    '#000000': 'ink',
+    '#ffffff': 'paper',
+    '#999999': 'rule',
+}
+"""Colours of a drawn chart, and their variables."""
