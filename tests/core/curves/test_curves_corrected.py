@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tauto_core.curves import Involute, SpringCorrected, WeightCorrected
-from tauto_core.curves.cam import FitError, hollow, smooth_lever, too_sharp
+from tauto_core.curves.cam import FitError, smooth_lever, too_sharp
 from tauto_core.machines import Machine
 from tauto_core.scene.errors import CamRangeError
 
@@ -168,18 +168,16 @@ def test_range_of_the_weight_cam_through_a_hole():
 
 def test_hollow_spring_cheek():
     """On a vertical thread the cheek is convex up to bκ/P = 1/3, and from D = √3c on."""
-    assert hollow(SpringCorrected(0.01, 33.3)) is None
-    found = hollow(SpringCorrected(0.01, 100.0))
-    assert found is not None
-    start, end = found
+    assert too_sharp(SpringCorrected(0.01, 33.3), 0.0) == []
+    ((start, end),) = too_sharp(SpringCorrected(0.01, 100.0), 0.0)
     assert start == 0.0
     # t + t'' = 0 at 1 + c²ϑ² = √3 c, c = 1
     assert end == pytest.approx(math.sqrt(math.sqrt(3.0) - 1.0), rel=1e-9)
     # a hole bends the tip outwards: 1 + w + w² > 3c²(1 − w)², w = b/(a + b)
     w = 0.01 / 0.06
     limit = (1 + w + w * w) / (3 * (1 - w) ** 2)
-    assert hollow(SpringCorrected(0.01, 0.999 * limit / 0.01, 0.05)) is None
-    assert hollow(SpringCorrected(0.01, 1.001 * limit / 0.01, 0.05)) is not None
+    assert not too_sharp(SpringCorrected(0.01, 0.999 * limit / 0.01, 0.05), 0.0)
+    assert too_sharp(SpringCorrected(0.01, 1.001 * limit / 0.01, 0.05), 0.0)
 
 
 def test_too_sharp_for_a_thread():

@@ -9,7 +9,7 @@ from golden_numbers import entries, numbers
 from numpy.polynomial import Chebyshev
 
 from tauto_core.curves import CircularArc, Hole, Involute, Table, TableLever, outline
-from tauto_core.curves.numerics import arctangent_defect, sine_defect
+from tauto_core.curves.numerics import arctangent_defect, gauss_sums, sine_defect
 from tauto_core.scene.errors import CamRangeError, UsageError
 
 
@@ -177,6 +177,26 @@ def test_differences_keep_their_digits(x):
     np.testing.assert_allclose(found, expected, rtol=3e-15)
     mirrored = [float(function(np.asarray(-x))) for function in functions]
     np.testing.assert_array_equal(mirrored, [-value for value in found])
+
+
+NODES = 24
+LEFT_OUT = math.factorial(NODES) ** 4 / ((2 * NODES + 1) * math.factorial(2 * NODES) ** 2)
+"""∫ x⁴⁸ over an interval of length 1, less the rule's sum."""
+
+
+def test_a_panel_is_of_order_48():
+    """∫ cos x over widths w about 0: the rule errs by w⁴⁸ LEFT_OUT/48!, by the width.
+
+    What follows has the same sign and takes e^{−w²/792}: the derivative's mean over the kernel.
+    """
+    width = np.array([44.0, 45.0, 46.0, 48.0, 50.0])
+    exact = 2.0 * np.sin(0.5 * width)
+    errors = (exact - gauss_sums(np.cos, -0.5 * width, width)) / width
+    expected = LEFT_OUT / math.factorial(48) * width**48 * np.exp(-(width**2) / 792.0)
+    np.testing.assert_allclose(errors, expected, rtol=0.1)
+    assert np.all(errors > 1e-12)
+    order = np.diff(np.log(errors)) / np.diff(np.log(width))
+    np.testing.assert_allclose(order, 48.0 - width[1:] ** 2 / 396.0, atol=1.0)
 
 
 @every_cam

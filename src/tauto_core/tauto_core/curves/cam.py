@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, ClassVar, NamedTuple, TypeAlias
@@ -367,7 +367,7 @@ def possible_cam(
     edge = cam.range_rad if math.isfinite(cam.range_rad) else cam.drawn_rad
     if not edge > 0.0:
         raise _impossible(kind, f'has a range of {edge!r} rad', 'Give it a range above 0.')
-    angles = _probes(edge, 0.0)
+    angles = _probes(edge)
     arms = cam.lever_arm(angles)
     at, rate = _first(~(arms > 0.0)), float(cam.lever_rate(0.0))
     # cheeks rooted in the axle drive the wheel back as the square of the angle
@@ -389,13 +389,12 @@ def possible_cam(
             f'is away, trochlea.thread.distance = {cam.hole_distance!r} m',
             f'End the cam before {angles[at]:.6g} rad, or move the hole away.',
         )
-    stretch = hollow(cam, edge)
-    if stretch is not None:
+    for low, high in too_sharp(cam, 0.0, edge)[:1]:
         problem = (
-            f'has a cheek that would be hollow from {stretch[0]:.6g} to {stretch[1]:.6g} rad (a '
+            f'has a cheek that would be hollow from {low:.6g} to {high:.6g} rad (a '
             'radius of curvature below 0), and a thread bridges a hollow'
         )
-        earlier = f'end the cam before {stretch[0]:.6g} rad, or ' if stretch[0] > 0.0 else ''
+        earlier = f'end the cam before {low:.6g} rad, or ' if low > 0.0 else ''
         remedy = f'{earlier}{if_hollow}.'
         raise _impossible(kind, problem, remedy[0].upper() + remedy[1:])
     return cam
@@ -450,62 +449,37 @@ def _first(bad: np.ndarray) -> int | None:
     return int(indices[0]) if len(indices) else None
 
 
-def hollow(cam: Cam, reach_rad: float | None = None) -> tuple[float, float] | None:
-    """Return the first interval of angles [rad] with R < 0, if any.
-
-    The search ends at `reach_rad`, by default `cam.drawn_rad`.
-    """
-    return _below(cam, 0.0, cam.drawn_rad if reach_rad is None else reach_rad)
-
-
 def too_sharp(
     cam: Cam, radius: float, reach_rad: float | None = None
 ) -> list[tuple[float, float]]:
-    """Return the intervals of angles [rad] with R < radius [m]."""
+    """Return the intervals of angles [rad] with R < radius [m], but for rounding.
+
+    With the radius 0 they are hollow. The search ends at `reach_rad`, by default `cam.drawn_rad`.
+    """
     edge = cam.drawn_rad if reach_rad is None else reach_rad
-    stretches: list[tuple[float, float]] = []
-    start = 0.0
-    while start < edge and (stretch := _below(cam, radius, edge, start)) is not None:
-        stretches.append(stretch)
-        start = stretch[1]
-    return stretches
+
+    def is_wide(angles: FloatArray) -> np.ndarray:
+        excess = cam.radius_of_curvature(angles) - radius
+        return np.asarray(excess + _FLAT * cam.lever_arm(angles) >= 0.0)
+
+    angles = _probes(edge)
+    wide = is_wide(angles)
+    bounds = [] if wide[0] else [0.0]
+    for i in np.flatnonzero(np.diff(wide)).tolist():
+        good, bad = (i, i + 1) if wide[i] else (i + 1, i)
+        ends = float(angles[good]), float(angles[bad])
+        bounds.append(bisect(lambda at: bool(is_wide(np.array([at]))[0]), *ends)[0])
+    bounds += [] if wide[-1] else [edge]
+    return list(zip(bounds[::2], bounds[1::2], strict=True))
 
 
-def _below(cam: Cam, radius: float, edge: float, start: float = 0.0) -> tuple[float, float] | None:
-    """Return the first interval beyond `start` with R below a radius."""
-    angles = _probes(edge, start)
-    low = _excess(cam, angles, radius)
-    bad = np.flatnonzero(low < 0.0)
-    if not len(bad):
-        return None
-    i = int(bad[0])
-    good = np.flatnonzero(low[i:] >= 0.0)
-    begin = start if i == 0 else _crossing(cam, radius, angles[i - 1], angles[i])
-    if not len(good):
-        return begin, edge
-    j = i + int(good[0])
-    return begin, _crossing(cam, radius, angles[j], angles[j - 1])
-
-
-def _probes(edge: float, start: float) -> FloatArray:
-    """Return angles from `start` to `edge` for a check [rad], denser at both ends.
+def _probes(edge: float) -> FloatArray:
+    """Return angles up to `edge` for a check [rad], denser at both ends.
 
     R may vanish at the ends. The angles go down to the tip itself.
     """
-    even = start + (edge - start) * np.sin(np.linspace(0.0, 0.5 * math.pi, _PROBES)) ** 2
-    angles = np.unique(np.concatenate([edge * np.logspace(-9.0, -4.0, 11), even[1:]]))
-    return np.asarray(angles[angles > start])
-
-
-def _excess(cam: Cam, angles: FloatArray, radius: float) -> FloatArray:
-    """Return R less the radius, with an allowance for rounding."""
-    radii = cam.radius_of_curvature(angles)
-    return radii - radius + _FLAT * cam.lever_arm(angles)
-
-
-def _crossing(cam: Cam, radius: float, good: float, bad: float) -> float:
-    """Return the angle between two at which R falls below the radius."""
-    return bisect(lambda at: bool(_excess(cam, np.array([at]), radius)[0] >= 0.0), good, bad)[0]
+    even = edge * np.sin(np.linspace(0.0, 0.5 * math.pi, _PROBES)) ** 2
+    return np.unique(np.concatenate([edge * np.logspace(-9.0, -4.0, 11), even[1:]]))
 
 
 # -----------------------------------------------------------------------------
@@ -635,11 +609,6 @@ class ForceLaw:
     """
 
     points: tuple[tuple[float, float], ...] = field(repr=False)
-
-    @classmethod
-    def through(cls, points: Sequence[tuple[float, float]]) -> ForceLaw:
-        """Return the law through points."""
-        return cls(tuple((float(lift), float(force)) for lift, force in points))
 
     @cached_property
     def splines(self) -> ForceSplines:

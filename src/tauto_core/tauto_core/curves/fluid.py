@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
@@ -15,8 +14,8 @@ from tauto_core.curves.numerics import (
     bracketed_newton,
     exponential_defect,
     exponential_mean,
+    integrate,
     logarithmic_mean,
-    repeated_rule,
 )
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import DescentError
@@ -431,33 +430,14 @@ def _level(curve: DescentCurve, arc: FloatArray, cusp: float) -> FloatArray:
     """Return y at arcs on one side of A, with its cusp."""
     if math.isinf(cusp):
         end = np.maximum(arc, -_FLAT / curve.kappa)
-        tail = _cosine(curve, end) * (arc - end)
-        # the number of panels of an arc does not depend on the other arcs
-        panels, level = np.array([_panels(curve, limit) for limit in end.tolist()]), tail
-        for count in set(panels.tolist()):
-            rows = panels == count
-            level[rows] += _gauss(end[rows], count, lambda s: _cosine(curve, s))
-        return level
-    angle = np.arcsin(np.clip(arc / cusp, 0.0, 1.0))
+        level = integrate(lambda s: _cosine(curve, s), np.zeros_like(end), end)
+        return level + _cosine(curve, end) * (arc - end)
 
     def integrand(u: FloatArray) -> FloatArray:
         return cusp * np.cos(u) * _cosine(curve, cusp * np.sin(u))
 
-    return _gauss(angle, 1 + _panels(curve, cusp), integrand)
-
-
-def _panels(curve: DescentCurve, arc: float) -> int:
-    return 1 + math.ceil(curve.kappa * abs(arc))
-
-
-def _gauss(
-    upper: FloatArray, panels: int, function: Callable[[FloatArray], FloatArray]
-) -> FloatArray:
-    """Return the integrals from 0 to each upper end, (n,)."""
-    places, weights = repeated_rule(panels)
-    values = function(upper[:, None] * places) * weights
-    total: FloatArray = np.sum(values, axis=-1)
-    return upper * total / (2.0 * panels)
+    angle = np.arcsin(np.clip(arc / cusp, 0.0, 1.0))
+    return integrate(integrand, np.zeros_like(angle), angle)
 
 
 def _cosine(curve: DescentCurve, arc: FloatArray) -> FloatArray:

@@ -160,45 +160,29 @@ _LONGEST_REDUCED = 1e6
 def descent_time(curve: DescentCurve, gravity: float, start: float) -> float:
     """Return the time from rest at an arc [m] to A [s], over a positive slope.
 
-    DescentError: a start off the branch of descent.
+    Down to the arc s, ½ṡ² = γg (S − s) times the mean of e^{2κ(s − σ)} p(σ) from s to S.
+    DescentError: a start off the branch of descent, or κS above a million.
     """
-    panels = _panels(curve.kappa * float(_on_descent(curve, start)))
-
-    def integrand(u: FloatArray) -> FloatArray:
-        # s = S (1 − u²) removes the square root at the start
-        mean = _mean(curve, np.full_like(u, start), start * (1.0 - u * u), panels, -1.0)
-        return np.sqrt(2.0 * start / (curve.gamma * gravity * mean))
-
-    return float(integrate(integrand, np.zeros(1), np.ones(1))[0])
-
-
-def _mean(
-    curve: DescentCurve, end: FloatArray, begin: FloatArray, panels: int, sign: float
-) -> FloatArray:
-    """Return the mean of e^{±2κ(σ − begin)} p(σ) over σ from begin to end, of any shape.
-
-    `end` is an end of the swing, `begin` the body, on the same side of A [m]. The sign is −1 if
-    the body comes from `end`, 1 if it goes there.
-    """
-    shares, weights = repeated_rule(panels)
-    length = (end - begin)[..., None] * shares
-    weighed = np.exp(sign * 2.0 * curve.kappa * length) * weights
-    total: FloatArray = np.sum(weighed * curve.slope(begin[..., None] + length), axis=-1)
-    return np.asarray(total / (2.0 * panels))
-
-
-def _panels(reduced: float) -> int:
-    """Return the number of panels that resolve e^{−2κσ} over an arc of κσ = `reduced`.
-
-    DescentError: an arc a million times longer than the stopping distance.
-    """
+    reduced = curve.kappa * float(_on_descent(curve, start))
     if not reduced <= _LONGEST_REDUCED:
         raise DescentError(
             f'an arc of {reduced:.6g}/kappa: the fluid resists too strongly, at most '
             f'{_LONGEST_REDUCED:g}/kappa is allowed. Use a smaller amplitude, a larger or denser '
             'body, or a lighter fluid'
         )
-    return 1 + int(reduced / 4.0)
+    # as many panels as resolve the exponential
+    panels = 1 + int(reduced / 4.0)
+    shares, weights = repeated_rule(panels)
+
+    def integrand(u: FloatArray) -> FloatArray:
+        # s = S (1 − u²) removes the square root at the start
+        begin = start * (1.0 - u * u)
+        length = (start - begin)[..., None] * shares
+        weighed = np.exp(-2.0 * curve.kappa * length) * weights
+        sums = np.sum(weighed * curve.slope(begin[..., None] + length), axis=-1)
+        return np.sqrt(2.0 * start / (curve.gamma * gravity * (sums / (2.0 * panels))))
+
+    return float(integrate(integrand, np.zeros(1), np.ones(1))[0])
 
 
 # -----------------------------------------------------------------------------

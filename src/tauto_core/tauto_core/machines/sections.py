@@ -514,6 +514,14 @@ class FluidTautochroneRegulator(Section):
                 'Use ship kind still.',
             ),
             (
+                self.fluid_density >= self.body_density,
+                'regulator.fluid_density',
+                self.fluid_density,
+                f'must be less than regulator.body_density, {self.body_density!r} kg/m3, or the '
+                f'{self.body} does not sink',
+                'Take a denser body or a lighter fluid.',
+            ),
+            (
                 missing == (self.curve == 'companion'),
                 'regulator.of',
                 ABSENT if self.of is None else self.of.kind,
@@ -611,15 +619,6 @@ def compile_fluid_pendulum(
 
     SceneError: a body that does not sink, or a release beyond the cusp.
     """
-    if regulator.fluid_density >= regulator.body_density:
-        raise SceneError(
-            name,
-            'regulator.fluid_density',
-            regulator.fluid_density,
-            f'must be less than regulator.body_density, {regulator.body_density!r} kg/m3, or the '
-            f'{regulator.body} does not sink',
-            'Take a denser body or a lighter fluid.',
-        )
     try:
         curve = make_descent_curve(regulator)
     except DescentError as error:

@@ -143,7 +143,7 @@ class ForceTablePower(PowerKind):
     @cached_property
     def law(self) -> ForceLaw:
         """The force as a function of the lift."""
-        return ForceLaw.through(self.points)
+        return ForceLaw(self.points)
 
     @property
     def pull(self) -> Pull:

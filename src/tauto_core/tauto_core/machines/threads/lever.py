@@ -461,7 +461,7 @@ class LeverThread(ThreadKind):
         # the end of a lever rises no farther
         draws = 2.0 * self.weight_arm * np.linspace(0.0, 1.0, LEAST_POINTS)
         force = pull.force + pull.stiffness * draws
-        return ForceLaw.through(list(zip(draws.tolist(), force.tolist(), strict=True)))
+        return ForceLaw(tuple(zip(draws.tolist(), force.tolist(), strict=True)))
 
 
 KIND = LeverThread
