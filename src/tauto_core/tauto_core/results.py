@@ -30,7 +30,6 @@ from tauto_core.navigation.drift import has_mean_rate, mean_rate
 from tauto_core.samples import (
     ESTIMATE,
     JOINT_STATES,
-    OBSERVATION,
     PHASE,
     READING,
     SHIP_TEMPERATURE,
@@ -83,13 +82,8 @@ class Summary:
         at their stamps.
         """
         self._swings.feed(batches)
-        self._tally.take(batches)
-        observed = batches.get(OBSERVATION)
-        if isinstance(observed, TimeSamples):
-            self._rated.observe(observed)
-        reading = batches.get(READING)
-        if isinstance(reading, TimeSamples):
-            self._rated.read(reading)
+        self._tally.feed(batches)
+        self._rated.feed(batches)
         air = batches.get(SHIP_TEMPERATURE)
         if isinstance(air, TemperatureSamples) and len(air.stamp_ns):
             (low, high), celsius = self._air, air.temperature
@@ -112,8 +106,6 @@ class Summary:
                 if topic == SLACK:
                     self._slack_s += float(np.sum(samples.position[:, 1]))
                     self._lost_joule += float(np.sum(samples.position[:, 2]))
-                if topic == ESTIMATE:
-                    self._rated.estimate(samples)
 
     def result(self) -> dict[str, Any]:
         """Return all figures, with the scene's name and the answer."""

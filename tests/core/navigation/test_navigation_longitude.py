@@ -24,6 +24,7 @@ from tauto_core.samples import (
     ESTIMATE,
     LONGITUDE_ERROR,
     LONGITUDE_FIX,
+    OBSERVATION,
     READING,
     SHIP_FIX,
     TimeSamples,
@@ -316,10 +317,10 @@ def test_tally_keeps_the_last_and_the_worst():
     assert tally.result() is None
     said = LongitudeStage(SCENE).feed(topics([1, 2, 3], [9.0, 9.0, 200.0], [4.0, -200.0, 140.0]))
     errors = said[LONGITUDE_ERROR]
-    tally.feed(take(errors, slice(0, 2)))
+    tally.feed({LONGITUDE_ERROR: take(errors, slice(0, 2))})
     assert tally.result()['worst_error_nmi'] == 50.0
-    tally.feed(take(errors, slice(2, 2)))
-    tally.feed(take(errors, slice(2, 3)))
+    tally.feed({LONGITUDE_ERROR: take(errors, slice(2, 2))})
+    tally.feed({LONGITUDE_ERROR: take(errors, slice(2, 3))})
     assert tally.result() == {
         'at_s': 2.0,
         'raw_error_arcmin': -50.0,
@@ -342,7 +343,7 @@ def test_tally_keeps_the_last_and_the_worst():
         'worst_raw_prize_pounds': None,
     }
     joined = LongitudeTally()
-    joined.feed(join([errors]))
+    joined.feed({LONGITUDE_ERROR: join([errors])})
     assert joined.result() == tally.result()
 
 
@@ -358,10 +359,9 @@ def fed_in_chunks(said, marks, size):
     for first in range(0, len(errors.stamp_ns), size):
         part = take(errors, slice(first, first + size))
         reached = sum(at * S <= part.stamp_ns[-1] for at, _ in marks)
-        tally.observe(observed(*marks[told:reached]))
+        batches = {OBSERVATION: observed(*marks[told:reached]), LONGITUDE_ERROR: part}
         told = reached
-        tally.place(take(fix, slice(first, first + size)))
-        tally.feed(part)
+        tally.feed(batches | {LONGITUDE_FIX: take(fix, slice(first, first + size))})
     return tally.result()
 
 
@@ -416,8 +416,7 @@ def test_the_worst_moment_is_at_sea():
     # observed for the last time after the last reading
     marks = [*marks, (86_400.0 * 11.0, 'port')]
     tally = LongitudeTally()
-    tally.observe(observed(*marks))
-    tally.feed(said[LONGITUDE_ERROR])
+    tally.feed({OBSERVATION: observed(*marks), LONGITUDE_ERROR: said[LONGITUDE_ERROR]})
     found = tally.result()
     assert found['worst_at_s'] == found['worst_since_s'] == 9.5 * 86_400
 
@@ -425,8 +424,8 @@ def test_the_worst_moment_is_at_sea():
 def test_a_landfall_nothing_is_known_of_beforehand_is_not_judged():
     said = LongitudeStage(SCENE).feed(topics([5, 6], 4.0, 0.0))
     late = LongitudeTally()
-    late.feed(said[LONGITUDE_ERROR])
-    late.observe(observed((6.0, 'landfall')))
+    late.feed(said)
+    late.feed({OBSERVATION: observed((6.0, 'landfall'))})
     assert late.result()['landfalls'] == []
     early = fed_in_chunks(said, [(5.0, 'landfall')], 2)
     assert early['landfalls'] == []

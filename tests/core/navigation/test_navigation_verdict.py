@@ -20,7 +20,7 @@ from tauto_core.navigation import (
     projection,
 )
 from tauto_core.results import Summary
-from tauto_core.samples import ESTIMATE, OBSERVATION, READING, FloatArray, TimeSamples, same
+from tauto_core.samples import OBSERVATION, READING, FloatArray, TimeSamples, same
 from tauto_core.scene import load_scene
 from tauto_core.scene.times import DAY_S, NS_PER_S
 from tauto_core.voyage import sail
@@ -317,9 +317,7 @@ def _voyage(observed_days: list[int]) -> dict[str, Any]:
     summary = Summary(scene)
     summary.feed({**batches, **said})
     times = RatedTime()
-    times.observe(batches[OBSERVATION])
-    times.read(batches[READING])
-    times.estimate(said[ESTIMATE])
+    times.feed({**batches, **said})
     return {'start': times.start(), 'drift': summary.drift()}
 
 

@@ -435,7 +435,7 @@ class _Tried(ClockInSea):
         out = self._sensed.feed({topic: batches[topic] for topic in batches if topic in _TOPICS})
         if self.at_end:
             out = merged([out, self._sensed.finish()])
-        self._tally.take(out)
+        self._tally.feed(out)
 
     def figures(self) -> dict[str, Any]:
         """Return the figures of its row, also by the navigator with thermometer and IMU."""

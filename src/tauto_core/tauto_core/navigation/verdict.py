@@ -21,9 +21,11 @@ from tauto_core.navigation.longitude import (
     required_rate_s_per_day,
 )
 from tauto_core.samples import (
+    ESTIMATE,
     LONGITUDE_ERROR,
     LONGITUDE_FIX,
     OBSERVATION,
+    READING,
     FixSamples,
     FloatArray,
     IntArray,
@@ -65,32 +67,27 @@ class RatedTime:
         self._reopened: int | None = None
         self._sigma = np.inf
 
-    def observe(self, observations: TimeSamples) -> None:
-        """Take the next batch of `clock/observation`."""
-        last_ns = self._checks[-1] if self._checks else -1
-        self._checks += np.unique(observations.stamp_ns[observations.stamp_ns > last_ns]).tolist()
-
-    def read(self, readings: TimeSamples) -> None:
-        """Take the next batch of `clock/reading`."""
-        stamps = readings.stamp_ns
-        for check in self._checks[len(self._readings) :]:
-            place = int(np.searchsorted(stamps, check))
-            if place == len(stamps):
-                return
-            self._readings.append((int(stamps[place]), int(readings.time_ref_ns[place])))
-
-    def estimate(self, estimates: JointSamples) -> None:
-        """Take the next batch of `drift/estimate`, n > 0."""
-        stamps = estimates.stamp_ns
-        new_sigmas = estimates.position[:, estimates.name.index('rate_sigma_s_per_day')]
+    def feed(self, batches: Mapping[str, Samples]) -> None:
+        """Take the next batches of observations, readings and estimates, of any topics."""
+        if isinstance(observed := batches.get(OBSERVATION), TimeSamples):
+            last_ns = self._checks[-1] if self._checks else -1
+            self._checks += np.unique(observed.stamp_ns[observed.stamp_ns > last_ns]).tolist()
+        if isinstance(readings := batches.get(READING), TimeSamples):
+            waiting = self._checks[len(self._readings) :]
+            for place in np.searchsorted(readings.stamp_ns, waiting).tolist():
+                if place < count(readings):
+                    reading = readings.stamp_ns[place], readings.time_ref_ns[place]
+                    self._readings.append((int(reading[0]), int(reading[1])))
+        estimates = batches.get(ESTIMATE)
+        if not isinstance(estimates, JointSamples) or not count(estimates):
+            return
+        new_sigmas = column(estimates, 'rate_sigma_s_per_day')
         sigmas = np.concatenate(([self._sigma], new_sigmas))
-        for check in self._checks[self._told :]:
-            place = int(np.searchsorted(stamps, check))
-            if place == len(stamps):
-                break
-            if sigmas[place + 1] > GROWTH * sigmas[place]:
-                self._reopened = self._told
-            self._told += 1
+        for place in np.searchsorted(estimates.stamp_ns, self._checks[self._told :]).tolist():
+            if place < count(estimates):
+                if sigmas[place + 1] > GROWTH * sigmas[place]:
+                    self._reopened = self._told
+                self._told += 1
         self._sigma = float(new_sigmas[-1])
 
     def start(self) -> tuple[int, int] | None:
@@ -272,42 +269,36 @@ def has_settled(scene: Scene, machine: AnyMachine | OtherRegulator, found: RateE
     if isinstance(machine, OtherRegulator):
         return found
 
-    why, still = '', scene.lies_still
+    still, hung = scene.lies_still, scene.suspension
     drag = None if machine.drag is None or machine.drag.is_zero else machine.drag
-    if drag is not None and machine.escapement is None:
-        why = (
-            f'{_CANNOT}the swing dies away, since there is drag and no escapement to make good '
-            'for it. Give the clock an escapement'
-        )
-    elif isinstance(machine, HangingMachine):
-        why = '' if still else f'{_CANNOT}nothing holds the swing of the thread, {_WANDERS}'
-    elif not still:
+    dies, hangs = (
+        drag is not None and machine.escapement is None,
+        isinstance(machine, HangingMachine),
+    )
+    depends, settled_s = False, 0.0
+    if not (still or dies or isinstance(machine, HangingMachine)):
         threshold = max(found.standard_error_s_per_day or 0.0, LEAST_EFFECT_S_PER_DAY)
         amplitude = abs(machine.release_angle)
         low, full = machine.period((1.0 - AMPLITUDE_SHARE) * amplitude), machine.period(amplitude)
         depends = abs(low / full - 1.0) * DAY_S > threshold
-        if depends and drag is None:
-            why = (
-                f'{_CANNOT}nothing damps the wheel, on whose amplitude the rate depends, '
-                f'{_WANDERS}. Give the clock drag and an escapement'
-            )
-        elif (
-            (hung := scene.suspension)
-            and not hung.is_damped
-            and (depends or machine.feels_gravity)
-        ):
-            why = f'{_CANNOT}nothing damps the swing of the case, on which the rate depends, '
-            why += _WANDERS
-        elif depends and drag is not None:
+        if drag is not None and depends:
             # the energy of a harmonic swing comes e-fold nearer to the steady one in J/damping
             damping = drag.damping(machine.frequency * amplitude)
             settled_s = FORGOTTEN * (machine.inertia / damping)
-            if found.length_s < settled_s:
-                why = (
-                    f'{TOO_SHORT}its rate depends on the amplitude, which takes '
-                    f'{span(settled_s, 2)} to settle. Sail longer'
-                )
-    return RateError(None, found.length_s, why) if why else found
+    swings = hung is not None and not hung.is_damped and not (still or dies or hangs)
+    reasons = {
+        f'{_CANNOT}the swing dies away, since there is drag and no escapement to make good for '
+        'it. Give the clock an escapement': dies,
+        f'{_CANNOT}nothing holds the swing of the thread, {_WANDERS}': hangs and not still,
+        f'{_CANNOT}nothing damps the wheel, on whose amplitude the rate depends, {_WANDERS}. Give '
+        'the clock drag and an escapement': depends and drag is None,
+        f'{_CANNOT}nothing damps the swing of the case, on which the rate depends, {_WANDERS}':
+        swings and (depends or machine.feels_gravity),
+        f'{TOO_SHORT}its rate depends on the amplitude, which takes {span(settled_s, 2)} to '
+        'settle. Sail longer': found.length_s < settled_s,
+    }  # fmt: skip
+    why = next((words for words, holds in reasons.items() if holds), None)
+    return found if why is None else RateError(None, found.length_s, why)
 
 
 def projection(
@@ -419,40 +410,30 @@ class LongitudeTally:
         self._checked_before: dict[int, int | None] = {}
         self._last_checked: int | None = None
 
-    def take(self, batches: Mapping[str, Samples]) -> None:
-        """Take the next batches of observations, places and errors, of any topics."""
+    def feed(self, batches: Mapping[str, Samples]) -> None:
+        """Take the next batches of observations, places and errors, of any topics.
+
+        A missing name of an error is an EstimationError.
+        """
         if isinstance(observed := batches.get(OBSERVATION), TimeSamples):
-            self.observe(observed)
-        if isinstance(fixes := batches.get(LONGITUDE_FIX), FixSamples):
-            self.place(fixes)
-        if isinstance(errors := batches.get(LONGITUDE_ERROR), JointSamples):
-            self.feed(errors)
-
-    def observe(self, observations: TimeSamples) -> None:
-        """Take the next batch of `clock/observation`."""
-        marks = zip(observations.stamp_ns.tolist(), observations.source.tolist(), strict=True)
-        for stamp, source in marks:
-            if source == LANDFALL:
-                self._checked_before[stamp] = self._last_checked
-                self._errors.mark(stamp)
-                self._latitudes.mark(stamp)
-            elif source == LUNAR:
-                continue  # the place is not known there
-            else:
-                self._in_port_ns = stamp
-                self._worst = {}
-            self._last_checked = stamp
-
-    def place(self, fixes: FixSamples) -> None:
-        """Take the next batch of `longitude/fix`, which has the latitude."""
-        if count(fixes):
+            marks = zip(observed.stamp_ns.tolist(), observed.source.tolist(), strict=True)
+            for stamp, source in marks:
+                if source == LUNAR:
+                    continue  # the place is not known there
+                if source == LANDFALL:
+                    self._checked_before[stamp] = self._last_checked
+                    self._errors.mark(stamp)
+                    self._latitudes.mark(stamp)
+                else:
+                    self._in_port_ns = stamp
+                    self._worst = {}
+                self._last_checked = stamp
+        fixes, errors = batches.get(LONGITUDE_FIX), batches.get(LONGITUDE_ERROR)
+        if isinstance(fixes, FixSamples) and count(fixes):  # they have the latitude
             self._latitudes.feed(fixes.stamp_ns, fixes.latitude[:, None])
-
-    def feed(self, errors: JointSamples) -> None:
-        """Take the next batch of `longitude/error`. A missing name is an EstimationError."""
-        columns = {name: column(errors, name) for name in ERROR_NAMES}
-        if not count(errors):
+        if not isinstance(errors, JointSamples) or not count(errors):
             return
+        columns = {name: column(errors, name) for name in ERROR_NAMES}
         if self._errors.last is None:
             self._first_ns = int(errors.stamp_ns[0])
         self._errors.feed(errors.stamp_ns, np.column_stack(list(columns.values())))
