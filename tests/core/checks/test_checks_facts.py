@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 import tauto_core as tauto
 from tauto_core.checks.facts import (
     case_following,
-    lengths_between,
     reason,
     slack_thread,
+    thread,
     thread_following,
     way,
 )
@@ -151,14 +151,14 @@ def test_the_threads_that_the_theory_warns_of(length, resonates):
 
 def test_between_which_lengths_a_thread_is_fair():
     """Theory A: 0.248 m and 20.1 m."""
-    assert lengths_between(*hanging(1.0)) == pytest.approx((0.248, 20.1), rel=3e-3)
+    assert thread(*hanging(1.0))['fair_lengths_m'] == pytest.approx([0.248, 20.1], rel=3e-3)
 
 
 def test_where_no_wave_is_known_no_departure_is_told():
     scene, machine = hanging(1.0, ship={'kind': 'still'})
     found = thread_following(scene, machine)
     assert (found.departure, found.departure_rad, found.resonates_with) == (None, None, ())
-    assert lengths_between(scene, machine)[1] is None
+    assert thread(scene, machine)['fair_lengths_m'][1] is None
     assert case_following(scene, machine) is None
 
 

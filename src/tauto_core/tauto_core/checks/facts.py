@@ -89,23 +89,6 @@ class Following:
     resonates_with: tuple[str, ...]
 
 
-def lengths_between(
-    scene: Scene, machine: AnyMachine | OtherRegulator
-) -> tuple[float, float | None] | None:
-    """Return g/ω² and g/Ω² [m]. An ideal vertical thread is a fair model between these lengths.
-
-    ω is the wheel's frequency on an ideal thread. Ω⁴ is the mean over the waves, weighted by the
-    tilt of the apparent vertical; the second length is `None` like `Following.departure`. Return
-    `None` if no thread carries a weight that can swing.
-    """
-    if isinstance(machine, Machine | HangingMachine) and machine.follows_apparent_vertical:
-        waves = scene_waves(scene)
-        square = _share(waves, waves.frequency**2)
-        longest = scene.g / square if square else None
-        return scene.g / _ideal_frequency(machine) ** 2, longest
-    return None
-
-
 def thread_following(scene: Scene, machine: HangingMachine) -> Following:
     """Return how the inclination θ of a swinging thread follows the apparent vertical."""
     k_squared = machine.inertia / machine.mass
@@ -175,88 +158,68 @@ def reason(scene: Scene, machine: AnyMachine | OtherRegulator, propagator: str) 
     """Return why the propagator of this name was chosen."""
     if isinstance(machine, OtherRegulator):
         return machine.propagator_reason
-    still = scene.lies_still
-    tilts = '' if still else 'the roll' if scene.suspension is None else 'the swing of the case'
-    if not isinstance(machine, Machine):
-        return _of_real_thread(machine, propagator, tilts)
-    uneven = _uneven(machine)
+    tilts = 'the roll' if scene.suspension is None else 'the swing of the case'
+    tilts = '' if scene.lies_still else tilts
+    plain = machine if isinstance(machine, Machine) else None
+    lever, drag = isinstance(machine, LeverMachine), machine.drag or Drag()
+    uneven = '' if plain is None else _uneven(plain)
+    # a lever that is drawn by a force in the case moves only with the case
+    shaken = [tilts] * bool(tilts and (plain or not machine.feels_gravity))
+    is_dragged = drag.viscous > 0.0 if plain else machine.drag is not None
+    shaken += [('viscous ' if plain else '') + 'drag'] * is_dragged
+    shakers = ' and '.join(shaken)
     if propagator == 'harmonic':
         return 'a harmonic well on a still ship: any instant in closed form'
     if propagator == 'action_angle':
+        well = f'a well that is not harmonic ({uneven})'
+        lean = 'the lever makes a well that is neither harmonic nor even'
         return (
-            f'a well that is not harmonic ({uneven}), but undisturbed: any instant from its '
-            'period, in closed form'
+            f'{well if plain else lean}, but undisturbed: any instant from its period, in closed '
+            'form'
         )
     if propagator == 'forced_harmonic':
-        shakers = ' and '.join(
-            [tilts] * bool(tilts) + ['viscous drag'] * (machine.drag is not None)
-        )
         return f'{shakers} in a harmonic well: linear, so a sample is one exact step'
-    return '; '.join(_disturbances(machine, uneven, tilts))
-
-
-def _of_real_thread(machine: AnyMachine, propagator: str, tilts: str) -> str:
-    lever = isinstance(machine, LeverMachine)
-    if propagator == 'action_angle':
-        return (
-            'the lever makes a well that is neither harmonic nor even, but undisturbed: any '
-            'instant from its period, in closed form'
-        )
-    # a lever that is drawn by a force in the case moves only with the case
-    weighs, drag = machine.feels_gravity, machine.drag is not None
-    shakers = ' and '.join([tilts] * bool(tilts and not weighs) + ['drag'] * drag)
+    unbalanced = plain is not None and plain.imbalance is not None
+    weighs = machine.feels_gravity if lever else plain is None or plain.pulling_mass > 0.0
     causes = {
-        'the thread swings, a second degree of freedom': not lever,
-        'the apparent gravity moves the lever': lever and weighs and bool(tilts),
-        'the apparent gravity moves the weight': not lever and bool(tilts),
-        f'{shakers} in a well that is not harmonic': lever and bool(shakers),
-        'heat and age change its numbers on the way': machine.heat.acts,
+        'the thread swings, a second degree of freedom': not plain and not lever,
+        f'the apparent gravity moves the {"lever" if lever else "weight"}': bool(tilts) and weighs,
+        f'{shakers} in a well that is not harmonic{f" ({uneven})" if plain else ""}': bool(
+            shakers and (lever or uneven)
+        ),
+        'the imbalance of the wheel makes a well that is not harmonic': unbalanced and not shakers,
+    }
+    if plain:
+        overdamped = drag.viscous >= 2.0 * plain.inertia * plain.frequency
+        causes |= {
+            'viscous drag stops the wheel before it swings': overdamped and not uneven,
+            'quadratic drag is not linear': drag.quadratic > 0.0,
+            f'drag of kind {drag.kind} is not linear': drag.law(plain.inertia) is not None,
+            'friction turns round with the wheel': drag.coulomb > 0.0,
+        }
+    causes |= {
         'the escapement acts at an instant': machine.escapement is not None,
         'recoil turns round at each impulse': bool(
             machine.escapement and machine.escapement.recoil
         ),
+        'heat and age change its numbers on the way': machine.heat.acts,
     }
-    words = [word for word, present in causes.items() if present]
+    words = [words for words, present in causes.items() if present]
+    if plain and machine.drag is not None and not words:
+        return 'drag is given, though all of it is zero: leave it out'
     return '; '.join(words) or 'the thread goes slack in the swing'
 
 
 def _uneven(machine: Machine) -> str:
     """Return why a potential well is anharmonic, or an empty text."""
-    if machine.is_linear:
-        return ''
     parts = {
         "the weight's inertia": machine.carried_mass > 0.0,
         "the spring's stiffness": machine.stiffness > 0.0,
         'the lever arm of the cam': machine.cam.linear_rate is None,
         'the imbalance of the wheel': machine.imbalance is not None,
     }
-    return ' and '.join([name for name, present in parts.items() if present])
-
-
-def _disturbances(machine: Machine, uneven: str, tilts: str) -> list[str]:
-    drag = machine.drag or Drag()
-    overdamped = drag.viscous >= 2.0 * machine.inertia * machine.frequency
-    shakers = ' and '.join([tilts] * bool(tilts) + ['viscous drag'] * (drag.viscous > 0.0))
-    causes = {
-        'the apparent gravity moves the weight': bool(tilts) and machine.pulling_mass > 0.0,
-        f'{shakers} in a well that is not harmonic ({uneven})': bool(shakers and uneven),
-        'the imbalance of the wheel makes a well that is not harmonic': not shakers
-        and machine.imbalance is not None,
-        'viscous drag stops the wheel before it swings': overdamped and not uneven,
-        'quadratic drag is not linear': drag.quadratic > 0.0,
-        f'drag of kind {drag.kind} is not linear': drag.law(machine.inertia) is not None,
-        'friction turns round with the wheel': drag.coulomb > 0.0,
-        'the escapement acts at an instant': machine.escapement is not None,
-        'recoil turns round at each impulse': bool(
-            machine.escapement and machine.escapement.recoil
-        ),
-        'heat and age change its numbers on the way': machine.heat.acts,
-    }
-    return [words for words, present in causes.items() if present] or [
-        'the thread goes slack in the swing'
-        if machine.drag is None
-        else 'drag is given, though all of it is zero: leave it out'
-    ]
+    names = [name for name, present in parts.items() if present and not machine.is_linear]
+    return ' and '.join(names)
 
 
 def hangs(scene: Scene, machine: AnyMachine | OtherRegulator) -> dict[str, Any] | None:
@@ -285,19 +248,25 @@ def thread(scene: Scene, machine: AnyMachine | OtherRegulator) -> dict[str, Any]
     """Return how good a model an ideal vertical thread is, `None` if no thread hangs freely.
 
     Length [m], period [s] and departure from the apparent vertical belong to a swinging thread and
-    are `None` for an ideal one. Far from the two lengths [m] the models agree between them.
+    are `None` for an ideal one. The models agree far from both `fair_lengths_m`, between them:
+    g/ω² and g/Ω² [m], with ω of the wheel on an ideal thread, and the mean Ω⁴ over the waves,
+    weighted by the tilt of the apparent vertical. The second is `None` like
+    `Following.departure`.
     """
-
-    lengths = lengths_between(scene, machine)
-    if lengths is None:
+    if not isinstance(machine, Machine | HangingMachine) or not machine.follows_apparent_vertical:
         return None
+    waves = scene_waves(scene)
+    square = _share(waves, waves.frequency**2)
     swing = thread_following(scene, machine) if isinstance(machine, HangingMachine) else None
     return {
         'length_m': machine.length if isinstance(machine, HangingMachine) else None,
-        'swings_in_s': swing.periods_s[0] if swing is not None else None,
-        'departure_rad': swing.departure_rad if swing is not None else None,
-        'departure': swing.departure if swing is not None else None,
-        'fair_lengths_m': list(lengths),
+        'swings_in_s': swing and swing.periods_s[0],
+        'departure_rad': swing and swing.departure_rad,
+        'departure': swing and swing.departure,
+        'fair_lengths_m': [
+            scene.g / _ideal_frequency(machine) ** 2,
+            scene.g / square if square else None,
+        ],
     }
 
 
@@ -344,7 +313,6 @@ def resonances(scene: Scene, machine: AnyMachine | OtherRegulator) -> list[str]:
     """Return warnings about a thread or a case in resonance with the wheel or the waves."""
     if isinstance(machine, OtherRegulator):
         return []
-
     bodies = {'suspension': case_following(scene, machine)}
     if isinstance(machine, HangingMachine):
         bodies['trochlea.thread.length'] = thread_following(scene, machine)

@@ -114,6 +114,10 @@ _STUCK = (
 _STUCK_NS = np.array([round(WINDOW_S * NS_PER_S)] * 6 + [round(STUCK_S * NS_PER_S)] * 2)
 
 
+def _first(hints: Mapping[str, bool]) -> str:
+    return next((words for words, holds in hints.items() if holds), '')
+
+
 class SensorWatch(Stateful):
     """Tests windows of samples: attitude against gravity, gyro against attitude, life.
 
@@ -220,19 +224,19 @@ class SensorWatch(Stateful):
             math.atan2(math.hypot(forward, port), up)
             for forward, port, up in (rows[:, 2:5].mean(axis=0), rows[:, 5:8].mean(axis=0))
         ]
-        hint = ''
-        if abs(size - 1.0) < 0.1:
-            hint = 'is it in g? It must be in m/s²'
-        elif size < 0.5 * self._gravity:
-            hint = 'is gravity removed? It must be the specific force, g upwards at rest'
-        elif abs(size / self._gravity - 1.0) > 0.1:
-            hint = 'is the sensor calibrated?'
-        elif tilts[0] > TILTED_RAD and down:
-            hint = 'is it of a frame with z down (NED)? x must point forward, y to port, z up'
-        elif tilts[0] > TILTED_RAD and tilts[1] < TILTED_RAD:
-            hint = 'is the order of the quaternion w, x, y, z? It must be x, y, z, w'
-        elif tilts[0] > TILTED_RAD:
-            hint = 'is the sensor mounted as imu_rotation says?'
+        tilted = tilts[0] > TILTED_RAD
+        hints = {
+            'is it in g? It must be in m/s²': abs(size - 1.0) < 0.1,
+            'is gravity removed? It must be the specific force, g upwards at rest': size
+            < 0.5 * self._gravity,
+            'is the sensor calibrated?': abs(size / self._gravity - 1.0) > 0.1,
+            'is it of a frame with z down (NED)? x must point forward, y to port, z up': tilted
+            and down,
+            'is the order of the quaternion w, x, y, z? It must be x, y, z, w': tilted
+            and tilts[1] < TILTED_RAD,
+            'is the sensor mounted as imu_rotation says?': tilted,
+        }
+        hint = _first(hints)
         return hint and (
             f'linear_acceleration on ship/imu is {size:.4g} m/s², by orientation '
             f'{math.degrees(tilts[0]):.3g} degrees from upwards, but '
@@ -250,13 +254,15 @@ def _fault_of_turning(by_attitude: FloatArray, by_gyro: FloatArray) -> str:
         if max(one, other) < TURNING_RAD:
             continue
         alike = float(np.mean(attitude * gyro)) / max(one * other, 1e-30)
-        hint = ''
-        if alike > 0.8 and 30.0 < other / one < 90.0:
-            hint = 'is it in deg/s? It must be in rad/s'
-        elif alike < -0.8 and 0.5 < other / one < 2.0:
-            hint = 'is the sign of that axis wrong? x must point forward, y to port, z up'
-        elif np.mean((attitude - gyro) ** 2) > 0.8 * max(one, other) ** 2:
-            hint = 'are both alive, of one sensor, and of the same axes?'
+        hints = {
+            'is it in deg/s? It must be in rad/s': alike > 0.8 and 30.0 < other / one < 90.0,
+            'is the sign of that axis wrong? x must point forward, y to port, z up': alike < -0.8
+            and 0.5 < other / one < 2.0,
+            'are both alive, of one sensor, and of the same axes?': bool(
+                np.mean((attitude - gyro) ** 2) > 0.8 * max(one, other) ** 2
+            ),
+        }
+        hint = _first(hints)
         if hint:
             return (
                 f'on ship/imu orientation turns about {axis} by {one:.2g} rad in {BLOCK_S} s, '
