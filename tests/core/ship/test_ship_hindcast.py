@@ -325,36 +325,6 @@ def test_other_and_damaged_files_are_refused_by_their_format(tmp_path):
             scene_of(tmp_path / 'era5.nc')
 
 
-def sparse(path, times, places):
-    """Write a small file of wide axes with one fill value."""
-    import h5netcdf
-
-    with h5netcdf.File(path, 'w') as file:
-        file.dimensions = {'valid_time': times, 'latitude': places, 'longitude': places}
-        for name, first, last in (('latitude', 30.0, 45.0), ('longitude', -30.0, 0.0)):
-            file.create_variable(name, (name,), 'f8', data=np.linspace(first, last, places))
-        hours = None if times > 100 else np.arange(float(times))
-        time = file.create_variable('valid_time', ('valid_time',), 'f8', data=hours, chunks=(64,))
-        time.attrs['units'] = 'hours since 2010-01-05'
-        for name in ('swh', 'pp1d'):
-            axes = tuple(file.dimensions)
-            file.create_variable(name, axes, 'f4', chunks=(64, 3, 3), fillvalue=2.0)
-    assert path.stat().st_size < 5_000_000
-    return path
-
-
-@pytest.mark.parametrize(
-    ('times', 'places', 'said'),
-    [
-        (5_000_000_000, 3, 'valid_time: has 5,000,000,000 values, more than 1,000,000'),
-        (100, 100_000, 'swh: has more than 50,000,000 values around four days of the track'),
-    ],
-)
-def test_a_small_file_with_huge_axes_is_refused_unread(tmp_path, times, places, said):
-    with pytest.raises(SceneError, match=said):
-        scene_of(sparse(tmp_path / 'era5.nc', times, places))
-
-
 def test_a_file_larger_than_other_data_is_read_about_the_track(tmp_path):
     file = written(tmp_path / 'era5.nc', ['swh', 'pp1d', 'mwd'])
     expected = scene_of(file).ship.weather.seas

@@ -73,8 +73,9 @@ def map_frame(longitude: FloatArray, latitude: FloatArray, ratio: float = 0.0) -
 def land(of: MapFrame) -> list[FloatArray]:
     """Return the land within a frame as closed outlines, (2, n) each: longitude, latitude [°].
 
-    An outline that leaves the frame runs along its sides. An outline within another is water: fill
-    all by the even-odd rule. They are thinned to a thousandth of the frame.
+    Points beyond the frame are moved to its sides, so an outline may be off by a step there. An
+    outline within another is water: fill all by the even-odd rule. They are thinned to a
+    thousandth of the frame.
     """
     west, south, east, north = of
     finest = max(max(east - west, north - south) / FINEST, HUNDREDTH_DEG)
@@ -92,9 +93,18 @@ def land(of: MapFrame) -> list[FloatArray]:
         mask[-1] = True
         thinned = outline[:, mask] if mask.sum() > 8 else outline
         for turn in range(west_turn, east_turn + 1):
-            visible = _cut(thinned + np.array([[360.0 * turn], [0.0]]), of)
-            if visible.shape[1] > 3:
-                outlines.append(visible)
+            x = np.clip(thinned[0] + 360.0 * turn, west, east)
+            y = np.clip(thinned[1], south, north)
+            # what lies outside has no area
+            if abs(float(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]))) < 1e-6:
+                continue
+            shape = np.stack((x, y))
+            stays = shape[:, 1:] == shape[:, :-1]
+            shape = shape[:, np.append([True], ~stays.all(axis=0))]
+            # nor are the points needed that lie between two others of a side
+            stays = shape[:, 1:] == shape[:, :-1]
+            between = np.any(stays[:, 1:] & stays[:, :-1], axis=0)
+            outlines.append(shape[:, np.concatenate(([True], ~between, [True]))])
     return outlines
 
 
@@ -108,33 +118,6 @@ def _outlines() -> tuple[FloatArray, ...]:
         HUNDREDTH_DEG * np.cumsum(steps[:, end - count : end], axis=1)
         for end, count in zip(ends.tolist(), length.tolist(), strict=True)
     )
-
-
-def _cut(outline: FloatArray, of: MapFrame) -> FloatArray:
-    """Return a closed outline cut by the sides of a frame (Sutherland and Hodgman 1974)."""
-    for axis, limit, side in (
-        (0, of.west, 1),
-        (0, of.east, -1),
-        (1, of.south, 1),
-        (1, of.north, -1),
-    ):
-        if not outline.shape[1]:
-            break
-        is_inside = side * (outline[axis] - limit) >= 0.0
-        if is_inside.all():
-            continue
-        previous = np.roll(outline, 1, axis=1)
-        crosses = is_inside != np.roll(is_inside, 1)
-        step = outline - previous
-        share = (limit - previous[axis]) / np.where(crosses, step[axis], 1.0)
-        where = previous + share * step
-        where[axis] = limit
-        # for each point: the crossing of its side with the limit, then the point if it is inside
-        corners = np.stack((where, outline), axis=2).reshape(2, -1)
-        outline = corners[:, np.column_stack((crosses, is_inside)).ravel()]
-    if outline.shape[1] and np.any(outline[:, 0] != outline[:, -1]):
-        outline = np.concatenate((outline, outline[:, :1]), axis=1)
-    return outline
 
 
 NAMED_NMI = 60.0

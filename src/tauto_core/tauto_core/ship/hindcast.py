@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from datetime import date
 from functools import partial
-from itertools import chain, pairwise, product
+from itertools import product
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
 
 import numpy as np
@@ -54,12 +54,6 @@ With m_n = ∫ fⁿ S df and S ∝ f⁻⁵ exp(−(5/4)(f_p/f)⁴), it is (5/4)^
 """
 
 KELVIN = 273.15
-
-LONGEST_AXIS = 1_000_000
-"""Largest length of an axis. The hours since 1940 are fewer."""
-
-LARGEST_BOX = 50_000_000
-"""Most values around four days of the track: 400 MB, or a grid of 0.02 degrees."""
 
 
 class FieldUnit(NamedTuple):
@@ -275,29 +269,17 @@ def opened(path: str) -> Iterator[Hindcast]:
         )
         raise SceneError(path, '', None, problem, remedy)
     try:
+        # xarray reads by h5netcdf, which does not require h5py
+        import h5netcdf  # noqa: F401
+        import h5py  # noqa: F401
         import xarray
-
-        if is_hdf:
-            # xarray reads by h5netcdf, which does not require h5py
-            import h5netcdf
-            import h5py  # noqa: F401
     except ImportError:
         problem = 'is NetCDF, which xarray, h5netcdf and h5py read'
         raise SceneError(path, '', None, problem, f'Run {install("hindcast")}.') from None
     try:
-        if is_hdf:
-            # a small file may declare axes that would fill the memory
-            with h5netcdf.File(file) as raw:
-                sizes = {name: axis.size for name, axis in raw.dimensions.items()}
-            for name, size in sizes.items():
-                if size > LONGEST_AXIS and name in chain(*_AXES):
-                    problem = f'has {size:,} values, more than {LONGEST_AXIS:,}'
-                    raise SceneError(path, name, ABSENT, problem, 'Fetch fewer.')
         data = xarray.open_dataset(
             file, engine='h5netcdf' if is_hdf else 'scipy', decode_timedelta=False
         )
-    except SceneError:
-        raise
     except Exception as error:  # each library has its own errors
         problem = f'cannot be read as NetCDF: {words_of(error).rstrip(".")}'
         raise SceneError(path, '', None, problem, _FORM) from None
@@ -470,10 +452,10 @@ class Hindcast:
             parts.append((places - axis[low]) / (axis[low + 1] - axis[low]))
             begin = int(np.searchsorted(axis, axis[low.min()] - margin, 'left'))
             box.append((begin, int(np.searchsorted(axis, axis[low.max() + 1] + margin, 'right'))))
-        if math.prod(end - begin for begin, end in box) > LARGEST_BOX:
-            problem = f'has more than {LARGEST_BOX:,} values around four days of the track'
-            raise SceneError(self._path, name, ABSENT, problem, 'Use a coarser grid.')
-        values = self._read(field, box)
+        times, latitudes, longitudes = (np.arange(*ends) for ends in box)
+        # the box may cross the first meridian of the file
+        part = field[times, latitudes, longitudes % self._count]
+        values = part.to_numpy().astype(np.float64)
         corners, weights = [], []
         for steps in product((0, 1), repeat=3):
             at = [low + step for low, step in zip(lows, steps, strict=True)]
@@ -506,16 +488,6 @@ class Hindcast:
         )
         offsets = np.mod(samples - mean + 180.0, 360.0) - 180.0
         return np.asarray(np.mod(mean + (share * offsets).sum(axis=0), 360.0))
-
-    def _read(self, field: xarray.DataArray, box: list[tuple[int, int]]) -> FloatArray:
-        """Return the values of a box of the grid, which may cross the file's first meridian."""
-        times, latitudes, (west, east) = slice(*box[0]), slice(*box[1]), box[2]
-        seams = range(-(-(west + 1) // self._count) * self._count, east, self._count)
-        read = []
-        for begin, end in pairwise([west, *seams, east]):
-            meridians = slice(begin % self._count, begin % self._count + end - begin)
-            read.append(field[times, latitudes, meridians].to_numpy().astype(np.float64))
-        return np.concatenate(read, axis=2)
 
     def _nearest(
         self,
