@@ -47,7 +47,7 @@ from tauto_core.motion.closed_forms import ActionAngle, Harmonic
 from tauto_core.motion.wells import angles_of
 from tauto_core.navigation.drift import observed_phases
 from tauto_core.navigation.kalman import ClockModel, predict, prior
-from tauto_core.ship.passage import wrap_degrees
+from tauto_core.ship.passage import wrap
 
 INERTIA, OMEGA = 4e-4, math.pi
 PULL = 0.05 * 9.81
@@ -294,7 +294,7 @@ def of_navigation():
 
     return {
         'observed_phases': Law(phases, (0.0, 7e14), (-1.0, 1.0)),
-        'wrap_degrees': Law(wrap_degrees, (-540.0, 540.0)),
+        'wrap': Law(wrap, (-540.0, 540.0)),
         'predict': Law(
             lambda t: tuple(np.broadcast_arrays(*predict(prior(model), t, model))), (0.0, 1e7)
         ),

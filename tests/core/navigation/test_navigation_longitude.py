@@ -18,7 +18,7 @@ from tauto_core.navigation import (
     prize_pounds,
     required_rate_s_per_day,
 )
-from tauto_core.navigation.longitude import EQUATOR_M_PER_S, LiveFixes, fix_samples, wrap_degrees
+from tauto_core.navigation.longitude import EQUATOR_M_PER_S, LiveFixes, fix_samples, wrap
 from tauto_core.samples import (
     CORRECTED,
     ESTIMATE,
@@ -145,7 +145,7 @@ def test_longitude_wraps_at_the_antimeridian():
 @example(-180.00000000000003)
 @example(180.0)
 def test_wrapped_longitudes_are_in_range_and_the_same_place(degrees):
-    wrapped = wrap_degrees(np.array([degrees]))[0]
+    wrapped = wrap(np.array([degrees]))[0]
     assert -180.0 <= wrapped < 180.0
     assert math.remainder(wrapped - degrees, 360.0) == pytest.approx(0.0, abs=1e-9)
     if -180.0 <= degrees < 180.0:

@@ -183,11 +183,8 @@ def test_weights_change_the_rate_as_hull_md_says(deptford):
         assert found.athwart == pytest.approx(wanted, abs=1.0)
 
 
-SEAS = [(5.0, 1.0), (9.0, 2.5), (12.0, 4.0)]
-
-
-@pytest.mark.parametrize(('period', 'height'), SEAS)
-@pytest.mark.parametrize('degrees', [0, 45, 90, 110, 135, 180])
+@pytest.mark.parametrize(('period', 'height'), [(5.0, 1.0), (12.0, 4.0)])
+@pytest.mark.parametrize('degrees', [0, 110, 180])
 def test_the_default_cutoff_doubled_changes_no_rate(any_ship, degrees, period, height):
     """1 % of the rate in each plane, or 0.2 % of its parts, scaled to the energy of the sea."""
     length = any_ship.coefficients.length

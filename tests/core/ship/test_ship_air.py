@@ -259,7 +259,7 @@ def test_impossible_records_are_refused(rows, said, tmp_path) -> None:
 
 def test_checks_and_results_have_the_range_in_the_box(tmp_path) -> None:
     air = {'kind': 'constant', 'celsius': 12.0, 'diurnal': 3.0}
-    scene, bag = scene_of(air, 3.0, voyage=None), tmp_path / 'bag'
+    scene, bag = scene_of(air, 2.0, voyage=None), tmp_path / 'bag'
     np.testing.assert_array_equal(sail(scene).temperature_celsius, box(scene))
     results = [scene_facts(scene), sail(scene, bag, keep=False).result, summarise_bag(bag)]
     results += [replay(read_bag(bag), keep=keep).result for keep in (True, False)]

@@ -42,13 +42,13 @@ def states_of(scene: Scene):
 
 
 def test_height_is_log_normal_with_the_given_memory():
-    """Over 60 seeds of 1601 states, with four standard deviations of each mean as the limit.
+    """Over 20 seeds of 1601 states, with four standard deviations of each mean as the limit.
 
     n states count for n (1 − ρ)/(1 + ρ) independent ones in the mean, with ρ² in the mean square.
     The difference of a state from ρ times the one before is white, of variance 1 − ρ².
     """
     scene = scene_of(OWN)  # to load it takes longer than to draw its seas
-    seeds = (scene.model_copy(update={'seed': seed}) for seed in range(60))
+    seeds = (scene.model_copy(update={'seed': seed}) for seed in range(20))
     heights = [[state.height for state in states_of(each)] for each in seeds]
     x = np.log(np.array(heights) / 2.0) / 0.4
     rho = math.exp(-21_600.0 / 100_000.0)
@@ -69,7 +69,7 @@ def test_height_is_log_normal_with_the_given_memory():
     assert abs(np.mean(noise[:, 1:] * x[:, :-2])) < 4.0 / math.sqrt(n)
 
 
-@pytest.mark.parametrize('days', [10.0, 10.0625, 10.1875])
+@pytest.mark.parametrize('days', [10.0, 10.1875])
 def test_a_seed_draws_the_same_weather_however_long_the_scene(days):
     """The last state is at the end or later, and the sea is the same as in a longer scene."""
     long, short, other = (
@@ -92,7 +92,7 @@ def test_scene_that_ends_at_sea_has_weather_of_the_whole():
     assert states[1][-2].at_ns >= part.duration_ns
 
 
-@pytest.mark.parametrize('arrives_at', np.arange(3000.0, 4300.0, 200.0).tolist())
+@pytest.mark.parametrize('arrives_at', np.arange(3000.0, 4300.0, 400.0).tolist())
 def test_the_last_change_into_port_is_never_too_quick(arrives_at):
     """With states ten minutes apart the arrival may come shortly after one."""
     voyage = {**VOYAGE, 'sails_at': 1000.0, 'arrives_at': arrives_at}

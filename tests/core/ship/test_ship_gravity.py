@@ -44,8 +44,8 @@ def earth_fixed(latitude: float, longitude: float) -> np.ndarray:
     )
 
 
-@pytest.mark.parametrize('latitude_deg', [-62.0, 0.0, 18.0, 45.0, 80.0])
-@pytest.mark.parametrize('course_deg', [0.0, 61.0, 90.0, 200.0, 270.0])
+@pytest.mark.parametrize('latitude_deg', [-62.0, 18.0])
+@pytest.mark.parametrize('course_deg', [61.0, 200.0, 270.0])
 def test_eotvos_is_the_difference_of_vertical_accelerations(
     latitude_deg: float, course_deg: float
 ) -> None:
@@ -169,14 +169,3 @@ def test_at_sea_gravity_is_beside_the_heave(tmp_path: Path) -> None:
     np.testing.assert_allclose(
         np.linalg.norm(felt, axis=1) - np.linalg.norm(plain, axis=1), weighs - 9.80665, atol=5e-15
     )
-
-
-def test_a_force_does_not_feel_it_and_keeps_the_closed_form(tmp_path: Path) -> None:
-    force = {
-        'trochlea.power': {'kind': 'force', 'force': 2.942},
-        'trochlea.thread': {'kind': 'hole', 'distance': 0.08},
-        'trochlea.cam': {'kind': 'hole', 'lever_rate': 0.0053681},
-    }
-    normal, number = (southward(tmp_path, **force, **more) for more in ({}, {'gravity': 9.8}))
-    assert normal.lies_still
-    assert sail(normal).clock_error_s.tolist() == sail(number).clock_error_s.tolist()

@@ -115,8 +115,10 @@ def apart(one, other):
 
 GRIDS = {
     'north first': {},
-    'south first': {'north': np.arange(34.0, 45.1, 0.5)},
-    'longitudes to 360': {'east': np.arange(335.0, 350.1, 0.5)},
+    'south first, to 360': {
+        'north': np.arange(34.0, 45.1, 0.5),
+        'east': np.arange(335.0, 350.1, 0.5),
+    },
     'round the globe': {'east': np.arange(0.0, 360.0, 2.5)},
     'of 1950': {'time': 'time', 'engine': 'scipy'},
 }

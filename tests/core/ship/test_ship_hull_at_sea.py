@@ -64,7 +64,7 @@ def level_accelerations(imu: ImuSamples) -> FloatArray:
 
 def test_mean_squares_of_the_series_are_those_of_the_spectrum(scene: Any) -> None:
     """By another way than the harmonics: the integral of |A|² S over the hull's response."""
-    ready = scene(**{'duration': 200_000.0, 'ship.heading': 2.356, 'ship.sea.components': 400})
+    ready = scene(**{'duration': 50_000.0, 'ship.heading': 2.356, 'ship.sea.components': 400})
     motion = ShipMotion(ready)
     found = np.mean(level_accelerations(motion.produce(motion.total)) ** 2, axis=0)
     hull = Hull(named_hull('deptford'), 11.0, 0.08)
@@ -73,7 +73,7 @@ def test_mean_squares_of_the_series_are_those_of_the_spectrum(scene: Any) -> Non
     density = bretschneider(omega, 2.5, 9.0)[:, None] * np.abs(answer) ** 2
     # each of 400 bins has its energy at a frequency drawn within it
     expected = [trapezoid(along, omega) for along in density.T]
-    np.testing.assert_allclose(found, expected, rtol=0.01)
+    np.testing.assert_allclose(found, expected, rtol=0.02)
 
 
 def rates(ready: Scene) -> tuple[float, float]:
@@ -115,6 +115,7 @@ def test_a_clock_driven_by_a_force_does_not_feel_the_hull(scene: Any) -> None:
             'trochlea.power': {'kind': 'force', 'force': 1.579},
             'ship.heading': 3.141592653589793,
             'ship.roll.damping_ratio': 0.9,
+            'duration': 3600.0,
         }
     )
     # head seas leave roll and case alone. The dial is read to 1e-9 s
@@ -125,10 +126,10 @@ def test_a_clock_driven_by_a_force_does_not_feel_the_hull(scene: Any) -> None:
 def test_weather_has_six_motions_too(scene: Any) -> None:
     states = [
         {'at': 0.0, 'significant_wave_height': 1.0, 'peak_period': 7.0},
-        {'at': 3600.0, 'significant_wave_height': 3.0, 'peak_period': 9.0},
+        {'at': 2400.0, 'significant_wave_height': 3.0, 'peak_period': 9.0},
     ]
     weather = {'kind': 'states', 'states': states}
-    ready = scene(('sea:',), **{'duration': 7200.0, 'ship.weather': weather})
+    ready = scene(('sea:',), **{'duration': 4800.0, 'ship.weather': weather})
     motion = ShipMotion(ready)
     acceleration = level_accelerations(motion.produce(motion.total))
     early, late = (np.sqrt(np.mean(part**2, axis=0)) for part in np.split(acceleration[:-5], 2))

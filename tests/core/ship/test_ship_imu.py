@@ -192,7 +192,7 @@ def test_screen_accepts_unknown_covariance_and_uses_last_stamp():
     assert not any(none.values())
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(
     stamps=st.lists(st.integers(1, 12), min_size=1, max_size=20),
     spoiled=st.lists(st.tuples(st.integers(0, 19), st.sampled_from(SPOILED[:10])), max_size=6),

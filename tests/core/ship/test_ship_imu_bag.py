@@ -102,20 +102,15 @@ def test_broken_off_bag_is_read_as_far_as_it_goes(tmp_path):
     assert f'the {n} Imu messages that can be read are used' in warnings[-1]
 
 
-def test_warning_reaches_the_source(tmp_path):
+def test_a_record_that_breaks_off_warns_or_is_too_short(tmp_path):
     path = write(tmp_path / 'a.mcap', sensors())
-    path.write_bytes(path.read_bytes()[:-5])
+    whole = path.read_bytes()
+    path.write_bytes(whole[:-5])
     (warning,) = motion(path).warnings
     assert 'a.mcap: it was cut within its index' in warning
-
-
-def test_a_refusal_says_that_the_file_breaks_off(tmp_path):
-    path = write(tmp_path / 'a.mcap', sensors())
-    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
-    with pytest.raises(MotionDataError, match='the record only') as refused:
+    path.write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(MotionDataError, match='the record only'):
         motion(path, duration=90.0)
-    *_, note = refused.value.__notes__
-    assert 'a.mcap: it was cut at byte' in note
 
 
 def test_bag_broken_off_before_its_first_message_is_refused(tmp_path):

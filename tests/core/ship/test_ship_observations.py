@@ -96,7 +96,7 @@ def test_kth_error_depends_on_seed_and_k_alone():
     assert not np.isin(errors(scene_of(seed=8)), first).any()
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(cuts=st.lists(st.integers(0, 1200), max_size=5))
 def test_asking_in_parts_gives_the_same(cuts):
     observations = Observations(scene_of())

@@ -64,9 +64,9 @@ def assert_same(a: ImuSamples, b: ImuSamples) -> None:
 
 
 @pytest.mark.parametrize('kind', sorted(KINDS))
-@settings(max_examples=4, deadline=None)
+@settings(max_examples=2, deadline=None)
 @given(counts=st.lists(st.integers(1, 700), max_size=12))
-@example(counts=[1] * 50)
+@example(counts=[1] * 20)
 @example(counts=[1, 511, 512, 1999, 3100, 400])  # beyond a block, and each state of the weather
 def test_bits_do_not_depend_on_the_split_nor_on_a_resume(kind, counts):
     scene = scene_of(kind)
@@ -148,26 +148,22 @@ def test_heave_alone_leaves_the_roll_at_zero():
     assert felt.force_z[100] == pytest.approx(expected, rel=1e-15)
 
 
-IMPORTED = (
-    ('', {'llvmlite', 'scipy', 'rosbags', 'mcap'}),
-    # importing scipy.interpolate takes longer than all the rest of a warm start
-    ("ShipMotion(load_scene('measured'))", {'scipy'}),
-    ("ShipMotion(load_scene('buoy_44004_supply'))", {'scipy'}),
-)
+IMPORTS = """
+import sys, tauto_core.ship
+assert not {'llvmlite', 'scipy', 'rosbags', 'mcap'} & set(sys.modules)
+from tauto_core.scene import load_scene
+for name in ('measured', 'buoy_44004_supply'):
+    tauto_core.ship.ShipMotion(load_scene(name))
+assert 'scipy' not in sys.modules
+"""
 
 
-@pytest.mark.parametrize(('done', 'slow'), IMPORTED)
-def test_a_ship_imports_nothing_slow(done, slow):
-    scene = 'from tauto_core.scene import load_scene; ' if done else ''
-    code = f'import sys; {scene}from tauto_core.ship import ShipMotion; {done}\n'
-    code = code if done else 'import sys, tauto_core.ship\n'
-    run = subprocess.run(
-        [sys.executable, '-c', f'{code}sys.exit(bool({slow!r} & set(sys.modules)))'], check=False
-    )
-    assert run.returncode == 0
+def test_a_ship_imports_nothing_slow():
+    """Importing scipy.interpolate takes longer than all the rest of a warm start."""
+    assert subprocess.run([sys.executable, '-c', IMPORTS], check=False).returncode == 0
 
 
-@pytest.mark.parametrize('name', ['second_cam_at_sea', 'involute_weight_at_sea', 'measured'])
+@pytest.mark.parametrize('name', ['second_cam_at_sea', 'measured'])
 def test_a_clock_goes_alike_by_messages_and_without(name):
     scene = load_scene(name, duration=60.0)
     stages = [TrochleaStage(scene), TrochleaStage(scene)]

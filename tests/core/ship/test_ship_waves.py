@@ -74,7 +74,7 @@ def test_value_and_derivatives_after_100_days():
     limits = [1.2e-13 * float(np.sum(harmonics.amplitude * w**n)) for n in range(3)]
     for first in (0, 100 * 86_400 * 20 - 7):
         got = sampled.between(first, first + SUM_BLOCK, 0, 1, 2)
-        for k in range(first, first + SUM_BLOCK, 37):
+        for k in range(first, first + SUM_BLOCK, 101):
             wanted = exact(partial(direct, harmonics), k)
             assert np.all(np.abs([x[k - first] for x in got] - np.array(wanted)) < limits)
 
@@ -91,7 +91,7 @@ def test_phases_all_round_the_circle_are_right_to_rounding():
     """With the bounds of the octants. Products and sums up to 1 leave two units in the last
     place.
     """
-    for eps in np.linspace(-np.pi, np.pi, 33):
+    for eps in np.linspace(-np.pi, np.pi, 17):
         harmonics = Harmonics(np.ones(1), np.array([10.0]), np.array([eps]))
         (value,) = SampledHarmonics(harmonics, STEP_NS).between(0, SUM_BLOCK, 0)
         for k in (0, SUM_BLOCK // 2 - 1, SUM_BLOCK // 2, SUM_BLOCK - 1):
@@ -115,7 +115,7 @@ def test_each_order_alone_has_the_bits_of_all_together(made):
 
 
 @pytest.mark.parametrize('made', SAMPLED, ids=('sum', 'fades'))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=6, deadline=None)
 @given(
     first=st.integers(0, 10**9),
     cuts=st.lists(st.integers(1, 95_000), max_size=8),
@@ -137,12 +137,12 @@ def test_bits_do_not_depend_on_the_split(made, first, cuts, backward):
 
 
 @pytest.mark.parametrize('begins_s', [0.0, 5_000_000.0])
-@pytest.mark.parametrize('length_s', [600.0, 21_600.0])
-def test_value_rate_and_acceleration_are_those_of_the_definition(begins_s, length_s):
+def test_value_rate_and_acceleration_are_those_of_the_definition(begins_s):
     """A sea that fades into another, that into a calm, and out of the calm again.
 
     Each sum is off by at most 1.2e-13 rad of phase after 100 days, and by rounding.
     """
+    length_s = 600.0
     at_ns = tuple(round(S * (begins_s + length_s * k)) for k in range(4))
     fades = Fades(at_ns, (0, 1, 2, 3), SUMS.__getitem__)
     sampled = SampledFades(fades, STEP_NS)
@@ -150,7 +150,7 @@ def test_value_rate_and_acceleration_are_those_of_the_definition(begins_s, lengt
         1.2 * sum(np.sum(h.amplitude * h.angular_frequency**n) for h in SUMS if h) * 1.2e-13
         for n in range(3)
     ]
-    for part in (0.0, 0.07, 0.31, 0.5, 0.77, 0.98, 1.3, 1.6, 2.01, 2.5, 2.9, 3.2):
+    for part in (0.0, 0.07, 0.5, 0.98, 1.6, 2.01, 2.9, 3.2):
         k = round((begins_s + length_s * part) * S / STEP_NS)
         got = [float(x[0]) for x in sampled.between(k, k + 1, 0, 1, 2)]
         wanted = exact(partial(faded, fades), k)

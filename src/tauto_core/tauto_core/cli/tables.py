@@ -146,7 +146,7 @@ ROWS = 24
 
 
 def weather_words(weather: Mapping[str, Any]) -> str:
-    """Return a ship's weather (`ship.motions.sea.weather_metadata`) as a line of text."""
+    """Return a ship's weather (`ship.motions.sea.SeaShip.metadata`) as a line of text."""
     bridged = weather.get('gaps_bridged')
     return (
         f'{weather.get("source", weather["kind"])}, {len(weather["states"])} states, Hs '

@@ -38,7 +38,7 @@ from tauto_core.scene.errors import EstimationError
 from tauto_core.scene.sections import WIDEST_AWARD_NMI
 from tauto_core.scene.times import DAY_S, NS_PER_S
 from tauto_core.ship import Passage
-from tauto_core.ship.passage import wrap, wrap_degrees
+from tauto_core.ship.passage import wrap
 
 # -----------------------------------------------------------------------------
 # Selects the samples of a topic that come in order.
@@ -414,7 +414,7 @@ class LongitudeStage(Stateful):
         variances[:, 0] = east_sigma_m * east_sigma_m
         if self._live is not None:
             variances += fix.position_covariance[:, [0, 4, 8]]
-        longitude = wrap_degrees(fix.longitude + error / 60.0)
+        longitude = wrap(fix.longitude + error / 60.0)
         place = fix_samples(stamps, fix.latitude, longitude, variances)
         if self._live is not None:
             place.status[:] = STATUS_NO_FIX

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauto_core.motion.forcing import Forcing, Polynomials, Window
-from tauto_core.samples import FloatArray, HungImu, ImuSamples, IntArray, State, Stateful, take
+from tauto_core.samples import FloatArray, HungImu, ImuSamples, IntArray, Stateful, take
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError, SceneError, TautoError
 from tauto_core.scene.times import NS_PER_S
@@ -438,22 +438,22 @@ class MotionBuffer(Stateful):
             index = index[times[index] < end_ns]
             self.bridged += int(np.count_nonzero(times[index + 1] - times[index] > bridged_ns))
             return SamplePieces(index, index + 1, np.zeros(len(index), np.bool_))
-        from tauto_core.ship.fitting import Gaps, Widths, choose_pieces  # imports kernels
+        from tauto_core.ship.fitting import choose_pieces  # imports kernels
 
         force = self._apparent_vertical or self._apparent_gravity
+        widths = self._margin, ROLL_BEFORE, ROLL_POINTS
         if force:
-            widths = Widths(FORCE_BEFORE, FORCE_BEFORE, FORCE_POINTS)
-        else:
-            widths = Widths(self._margin, ROLL_BEFORE, ROLL_POINTS)
+            widths = FORCE_BEFORE, FORCE_BEFORE, FORCE_POINTS
         begins, ends, regular, bridged, gap = choose_pieces(
             times,
             self._first,
             begin,
             self._stride,
-            widths,
+            *widths,
             log_ns,
             end_ns,
-            Gaps(bridged_ns, self._max_gap_ns),
+            bridged_ns,
+            self._max_gap_ns,
             self._smooth,
             final,
         )
@@ -574,14 +574,6 @@ class InCommon:
         if failed is not None:
             raise failed
         return cast(T, answer)
-
-    def state(self) -> State:
-        """Refuse: a shared part is not saved with one clock."""
-        raise TypeError('clocks that share a sea cannot be saved')
-
-    def restore(self, _: State) -> None:
-        """Refuse as `state` does."""
-        self.state()
 
 
 class BufferInCommon(InCommon):

@@ -5,8 +5,6 @@ so their conversion to powers of x cancels little, however many samples a piece 
 fixed order, so the bits do not depend on the batch.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -16,42 +14,19 @@ from tauto_core.samples import FloatArray, IntArray
 from tauto_core.ship.kernels import LANES
 
 
-class Widths(NamedTuple):
-    """Samples in the windows from which pieces are fitted.
-
-    Attributes:
-        margin: before and after a regular piece.
-        before_one: before a piece that spans one sample.
-        of_one: in the window of such a piece.
-    """
-
-    margin: int
-    before_one: int
-    of_one: int
-
-
-class Gaps(NamedTuple):
-    """Distances between neighbouring samples [ns].
-
-    Attributes:
-        bridged_ns: a longer gap is counted as bridged.
-        longest_ns: a longer gap is not interpolated.
-    """
-
-    bridged_ns: int
-    longest_ns: int
-
-
 @entry
 def choose_pieces(
     times: IntArray,
     offset: int,
     begin: int,
     stride: int,
-    widths: Widths,
+    margin: int,
+    before_one: int,
+    of_one: int,
     log_ns: int,
     end_ns: int,
-    gaps: Gaps,
+    bridged_ns: int,
+    longest_ns: int,
     early: bool,
     final: bool,
 ) -> tuple[IntArray, IntArray, NDArray[np.bool_], int, bool]:
@@ -67,9 +42,11 @@ def choose_pieces(
     samples come.
 
     Times are in ns. `offset` is the index of the first sample from the start of the run, `begin`
-    the place of the first piece among the samples. Pieces begin before `end_ns`.
+    the place of the first piece among the samples. Pieces begin before `end_ns`. A piece that
+    spans one sample has a window of `of_one`, `before_one` of them before it. Longer gaps than
+    `bridged_ns` count as bridged, longer ones than `longest_ns` are not interpolated.
     """
-    have, margin = len(times), widths.margin
+    have = len(times)
     begins = np.empty(max(have - begin, 0), np.int64)
     ends = np.empty_like(begins)
     regular = np.empty(len(begins), np.bool_)
@@ -81,7 +58,7 @@ def choose_pieces(
         scanned = have - 1
     while k + 1 < have and times[k] < end_ns:
         step = times[k + 1] - times[k]
-        if step > gaps.longest_ns:
+        if step > longest_ns:
             return begins[:count], ends[:count], regular[:count], bridged, True
         if next_log <= times[k]:
             next_log = (times[k] // log_ns + 1) * log_ns
@@ -100,7 +77,7 @@ def choose_pieces(
                 if not final:
                     break
                 even = False
-        is_whole = max(k + offset - widths.before_one, 0) - offset + widths.of_one <= have
+        is_whole = max(k + offset - before_one, 0) - offset + of_one <= have
         if not (even or is_whole or final):
             break
         span = stride if even else 1
@@ -108,7 +85,7 @@ def choose_pieces(
         count += 1
         k += span
         ahead = (ahead if ahead > 0 else stride) - span
-        if step > gaps.bridged_ns:
+        if step > bridged_ns:
             bridged += span
     return begins[:count], ends[:count], regular[:count], bridged, False
 

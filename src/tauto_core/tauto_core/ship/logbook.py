@@ -773,8 +773,17 @@ INLAND_KM = 30.0
 
 def passage_facts(passage: LoggedPassage) -> dict[str, Any]:
     """Return a passage as JSON. Missing values are `None`."""
+    from tauto_core.ship.coast import inland_km, no_landfall
+
     problems = [f'{item.key}: {item.problem}' for item in passage.problems()]
     sound = not problems
+    notes = passage.notes() if sound else []
+    inland = [inland_km(*entry[1:3]) for entry in passage.entries] if sound else []
+    if rows := [index for index, km in enumerate(inland) if km > INLAND_KM]:
+        where = ', '.join(f'{index + 1}' for index in rows[:5]) + ', …' * (len(rows) > 5)
+        notes.append(f'more than {INLAND_KM:g} km inland: row{"s" * (len(rows) > 1)} {where}')
+    if sound and (away := no_landfall(*passage.entries[-1][1:3])) is not None:
+        notes.append(f'last entry {away}')
     return {
         'passage': passage.name,
         'ship': passage.ship,
@@ -790,20 +799,5 @@ def passage_facts(passage: LoggedPassage) -> dict[str, Any]:
         'wind_share': passage.share(4),
         'air_share': passage.share(5),
         'problems': problems,
-        'notes': [*passage.notes(), *_ashore(passage)] if sound else [],
+        'notes': notes,
     }
-
-
-def _ashore(passage: LoggedPassage) -> list[str]:
-    """Return notes on entries on land, and on a last entry far from land."""
-    from tauto_core.ship.coast import inland_km, no_landfall
-
-    inland = [inland_km(*entry[1:3]) for entry in passage.entries]
-    rows = [index for index, km in enumerate(inland) if km > INLAND_KM]
-    notes = []
-    if rows:
-        where = ', '.join(f'{index + 1}' for index in rows[:5]) + ', …' * (len(rows) > 5)
-        notes.append(f'more than {INLAND_KM:g} km inland: row{"s" * (len(rows) > 1)} {where}')
-    if (away := no_landfall(*passage.entries[-1][1:3])) is not None:
-        notes.append(f'last entry {away}')
-    return notes

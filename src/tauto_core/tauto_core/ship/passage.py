@@ -40,12 +40,7 @@ _RHUMB_NODES = 512
 _QUADRATURE_NODES, _QUADRATURE_WEIGHTS = leggauss(32)
 
 
-def wrap_degrees(longitude: FloatArray) -> FloatArray:
-    """Return longitudes [degrees] in [−180, 180). Values in the range keep their bits."""
-    return wrap(longitude, 180.0)
-
-
-def wrap(angle: FloatArray, half_turn: float) -> FloatArray:
+def wrap(angle: FloatArray, half_turn: float = 180.0) -> FloatArray:
     """Return angles in [−half a turn, half a turn). Values in the range keep their bits."""
     is_inside = (angle >= -half_turn) & (angle < half_turn)
     wrapped = np.mod(angle + half_turn, 2.0 * half_turn) - half_turn
@@ -80,7 +75,7 @@ class GeodesicLeg:
             math.degrees(math.atan2(c, math.hypot(a, b))) for a, b, c in zip(x, y, z, strict=True)
         ]
         longitude = [math.degrees(math.atan2(b, a)) for a, b in zip(x, y, strict=True)]
-        return np.array(latitude), wrap_degrees(np.array(longitude))
+        return np.array(latitude), wrap(np.array(longitude))
 
     def course(self, part: float) -> float:
         """Return the course at a share of the leg, from north to the east [rad], 0 to 2π.
@@ -157,7 +152,7 @@ class RhumbLeg:
             np.asarray(chebyshev.chebval(along, series), np.float64)
             for series in (self.latitude, self.longitude)
         )
-        return latitude, wrap_degrees(longitude)
+        return latitude, wrap(longitude)
 
     def course(self, part: float) -> float:
         """Return the constant course."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -302,18 +302,34 @@ def _strays(
     follow.
     """
     error = 0.0
+    force = partial(_apparent, motion, g=scene.g, height=ship.height)
     for wide in {True, inner}:
-        values, _, places = _weights(stride, False, wide)
         count = min(TRIED_WINDOWS, int(scene.duration * rate / stride)) if wide else 1
-        begins = stride * np.arange(max(count, 1), dtype=np.float64)
-        nodes = np.arange(values.shape[1], dtype=np.float64)
-        times = _Times(begins / rate, np.concatenate([nodes, places]) / rate)
-        force = _apparent(motion, times, scene.g, ship.height)
-        sampled, exact = np.split(force.whole, [len(nodes)], axis=2)
-        heavy = np.min(sampled[1], axis=1) > NEARLY_WEIGHTLESS
-        wrong = np.abs(sampled @ values.T - exact)[:, heavy]
+        starts = stride * np.arange(max(count, 1), dtype=np.float64)
+        wrong = _wrong(force, starts, rate, stride, wide=wide, part='whole')
         error = max(error, float(np.max(wrong, initial=0.0)))
     return error
+
+
+def _wrong(
+    force_at: Callable[[_Times], _Force],
+    starts: FloatArray,
+    rate: float,
+    stride: int,
+    *,
+    wide: bool,
+    part: Literal['whole', 'overtones'],
+) -> FloatArray:
+    """Return errors of a part of the force in windows that begin at samples, (2, n', m).
+
+    Windows that are nearly weightless are left out.
+    """
+    values, _, places = _weights(stride, False, wide)
+    nodes = np.arange(values.shape[1], dtype=np.float64)
+    force = force_at(_Times(starts / rate, np.concatenate([nodes, places]) / rate))
+    sampled, exact = np.split(getattr(force, part), [len(nodes)], axis=2)
+    heavy = np.min(force.whole[1], axis=1) > NEARLY_WEIGHTLESS
+    return np.abs(sampled @ values.T - exact)[:, heavy]
 
 
 ComplexArray: TypeAlias = NDArray[np.complex128]
@@ -440,16 +456,9 @@ def _misses_overtones(motion: _Steep, rate: float, stride: int, *, inner: bool) 
     """
     error = 0.0
     for wide in {True, inner}:
-        values, _, places = _weights(stride, False, wide)
         pieces = np.floor(motion.at_s * (rate / stride)) if wide else np.zeros(1)
         starts: FloatArray = np.maximum(stride * pieces - FORCE_BEFORE * wide, 0.0)
-        nodes = np.arange(values.shape[1], dtype=np.float64)
-        offsets = np.concatenate([nodes, places]) * (1.0 / rate)
-        begins: FloatArray = starts * (1.0 / rate)
-        force = motion.force(_Times(begins, offsets))
-        sampled, exact = np.split(force.overtones, [len(nodes)], axis=2)
-        heavy = np.min(force.whole[1], axis=1) > NEARLY_WEIGHTLESS
-        wrong = np.max(np.abs(sampled @ values.T - exact), axis=2)[:, heavy]
+        wrong = _wrong(motion.force, starts, rate, stride, wide=wide, part='overtones').max(axis=2)
         if wrong.size:
             mean = float(np.max(np.sqrt(np.mean(wrong * wrong, axis=1))))
             error = max(error, (STEEP_REACHES if wide else FIRST_REACHES) * mean)

@@ -17,7 +17,7 @@ from tauto_core.ship.sections import ANGLES, ATHWART, Rao, Roll, Sea, SpectrumTa
 from tauto_core.ship.waves import Encounter, Harmonics
 
 if TYPE_CHECKING:
-    from tauto_core.ship.hull import ClockPlace, Hull, Response
+    from tauto_core.ship.hull import ClockPlace, Response
 
 
 LOWEST = 0.5
@@ -301,21 +301,6 @@ def _operator_values(
 
 # -----------------------------------------------------------------------------
 # The motions of a hull at the place of the clock (hull.md).
-
-
-def hull_answer(
-    waves: Harmonics, hull: Hull, place: ClockPlace, course: Encounter
-) -> SixMotions[Harmonics]:
-    """Return the motions of a hull at a place on board, in the waves that it meets.
-
-    The waves are the elevation amidships [m], with the frequencies at rest.
-
-    Raises:
-        HullError: a speed beyond the validity of the coefficients, or a place outside the hull.
-    """
-    hull.check_place(place)
-    response = hull.response(waves.angular_frequency, course.heading, course.speed)
-    return at_clock(waves, response, place, course)
 
 
 def at_clock(

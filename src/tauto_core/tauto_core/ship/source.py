@@ -235,32 +235,29 @@ class ShipMotion(Stateful):
         """Return samples with angular velocity and specific force on request."""
         stop = start + len(stamps)
         if self._six is None:
-            return self._roll_sensed(stamps, (start, stop), turning, with_force)
+            assert self._roll is not None
+            height, gravity = self._scene.ship.height, self._scene.g
+            highest = 2 if with_force and height != 0.0 else int(turning)
+            motions = self._roll.between(start, stop, *range(1 + highest))
+            roll, rate, bend, *_ = (*motions, None, None)
+            up = None
+            if with_force and self._heave is not None:
+                up = self._heave.between(start, stop, 2)[0]
+            if with_force and self._gravity is not None:
+                # gravity that changes on the way adds a slow acceleration to the heave
+                lift = self._weighs(stamps) - gravity
+                up = lift if up is None else up + lift
+            return imu_samples(
+                stamps, roll, rate, bend, up, height, gravity, turning=turning, felt=with_force
+            )
         turned = [motion.between(start, stop, *range(1 + turning)) for motion in self._six[3:]]
-        angle, *rate = (ShipAngles(*angles) for angles in zip(*turned, strict=True))
+        angle, *rates = (ShipAngles(*angles) for angles in zip(*turned, strict=True))
         force = None
         if with_force:
             forward, port, up = (motion.between(start, stop, 2)[0] for motion in self._six[:3])
             force = forward, port, up
-        gravity = self._weighs(stamps) if with_force else 0.0
-        return imu_from_motions(stamps, angle, rate[0] if rate else None, force, gravity)
-
-    def _roll_sensed(
-        self, stamps: IntArray, span: tuple[int, int], turning: bool, with_force: bool
-    ) -> ImuSamples:
-        """Return the same of a ship that rolls and heaves."""
-        assert self._roll is not None
-        height, gravity = self._scene.ship.height, self._scene.g
-        highest = 2 if with_force and height != 0.0 else int(turning)
-        roll, rate, bend, *_ = (*self._roll.between(*span, *range(1 + highest)), None, None)
-        up = self._heave.between(*span, 2)[0] if with_force and self._heave is not None else None
-        if with_force and self._gravity is not None:
-            # gravity that changes on the way adds a slow acceleration to the heave
-            lift = self._weighs(stamps) - gravity
-            up = lift if up is None else up + lift
-        return imu_samples(
-            stamps, roll, rate, bend, up, height, gravity, turning=turning, felt=with_force
-        )
+        weight = self._weighs(stamps) if with_force else 0.0
+        return imu_from_motions(stamps, angle, rates[0] if rates else None, force, weight)
 
     def _weighs(self, stamps: IntArray) -> FloatArray:
         """Return gravity, less Eötvös' term, at some stamps [m/s²]."""

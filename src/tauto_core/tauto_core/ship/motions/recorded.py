@@ -128,31 +128,25 @@ def recorded_motion(scene: Surroundings, recorded: Recorded) -> Channels:
     """
     in_bag = recorded.topic is not None
     record, warnings = _read_bag(recorded) if in_bag else (_read_csv(recorded), ())
-    try:
-        gaps = _check_times(record, recorded)
-        for quantity, (limit, unit, reason) in LARGEST_MOTION.items():
-            # a bag's roll is an unwrapped angle of any size
-            values = np.empty(0) if in_bag else record.values.get(quantity, np.empty(0))
-            wrong = np.flatnonzero(np.abs(values) >= limit)
-            if wrong.size:
-                at = int(wrong[0])
-                raise MotionDataError(
-                    f'{record.name}, {record.where(at)}: {quantity} = {values[at]:.6g} {unit} '
-                    f'with its scale must stay within ±{limit:.6g} {unit}: {reason}. Correct the '
-                    "row, the column's unit or scale."
-                )
-        length_s = float(record['time'][-1])
-        if scene.duration_ns > round(length_s * NS_PER_S):
-            longest_ns = whole_intervals(round(length_s * NS_PER_S), scene.log_interval_ns)
+    gaps = _check_times(record, recorded)
+    for quantity, (limit, unit, reason) in LARGEST_MOTION.items():
+        # a bag's roll is an unwrapped angle of any size
+        values = np.empty(0) if in_bag else record.values.get(quantity, np.empty(0))
+        wrong = np.flatnonzero(np.abs(values) >= limit)
+        if wrong.size:
+            at = int(wrong[0])
             raise MotionDataError(
-                f'{record.name}: the scene lasts {scene.duration!r} s, the record only '
-                f'{length_s:.6g} s. Set duration to at most {longest_ns / NS_PER_S:.15g}.'
+                f'{record.name}, {record.where(at)}: {quantity} = {values[at]:.6g} {unit} '
+                f'with its scale must stay within ±{limit:.6g} {unit}: {reason}. Correct the '
+                "row, the column's unit or scale."
             )
-    except MotionDataError as error:
-        # a truncated file may be the reason
-        for warning in warnings:
-            error.add_note(warning)
-        raise
+    length_s = float(record['time'][-1])
+    if scene.duration_ns > round(length_s * NS_PER_S):
+        longest_ns = whole_intervals(round(length_s * NS_PER_S), scene.log_interval_ns)
+        raise MotionDataError(
+            f'{record.name}: the scene lasts {scene.duration!r} s, the record only '
+            f'{length_s:.6g} s. Set duration to at most {longest_ns / NS_PER_S:.15g}.'
+        )
     time_s = record['time']
     keep_mean = in_bag or recorded.passband[0] == 0.0
     harmonics = {

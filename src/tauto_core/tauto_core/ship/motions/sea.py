@@ -33,7 +33,6 @@ from tauto_core.ship.sea import (
     check_operator,
     elevation,
     height_and_period,
-    hull_answer,
     operator_answer,
     roll_answer,
 )
@@ -227,21 +226,100 @@ class SeaShip(ShipKind):
         return 'sea' if self.weather is None else 'weather'
 
     def channels(self, scene: Surroundings) -> Channels:
-        """Return roll and heave in the sea, or in one sea after another."""
-        if self.weather is not None:
-            return weather_channels(scene, self)
-        sea = sea_motion(scene, self)
+        """Return roll and heave in the sea, or in one sea after another.
+
+        Any state of a weather is refused as `sea_motion` does.
+        """
+        if self.weather is None:
+            sea = sea_motion(scene, self)
+            return Channels(
+                sea.roll,
+                sea.heave,
+                six=sea.six,
+                metadata=self.metadata(scene),
+                warnings=sea_warnings(*sea.unanswered),
+            )
+        states = self.states(scene)
+        above = below = 0.0
+        for number, state in enumerate(states):
+            for place, alone in enumerate(state.alone):
+                if alone.sea is None:
+                    continue
+                ship = self.in_state(alone)
+                low, high = (2.0 * np.pi * edge for edge in band_hz(alone.sea))
+                # the encounter frequency may have an extreme within the band
+                along = alone.speed * math.cos(alone.heading)
+                turns = 0.5 * scene.g / along if along > 0.0 else low
+                band = np.array([low, high, min(max(turns, low), high)])
+                _check_course(scene, ship, alone)
+                _check_rate(scene, ship, band, f'{alone.key}.peak_period')
+                if self.rao is not None:
+                    shares = sea_motion(scene, ship, number + place * SWELL_STREAMS).unanswered
+                    above, below = max(above, shares[0]), max(below, shares[1])
+
+        names = [item.name for item in fields(SixMotions)]
+        if not self.turns_in_space:
+            names = ['roll', 'heave'] if self.heave else ['roll']
+
+        def motions_of(number: int) -> list[Harmonics]:
+            parts = []
+            for place, alone in enumerate(states[number].alone):
+                motion = sea_motion(scene, self.in_state(alone), number + place * SWELL_STREAMS)
+                parts.append([getattr(motion.six or motion, name) for name in names])
+            return parts[0] if len(parts) == 1 else list(map(together, zip(*parts, strict=True)))
+
+        setting = self.setting(scene)
+        motions = dict(zip(names, fades_of(states, motions_of, len(names)), strict=True))
         return Channels(
-            sea.roll,
-            sea.heave,
-            six=sea.six,
+            motions['roll'],
+            motions.get('heave'),
+            six=SixMotions(**motions) if self.turns_in_space else None,
             metadata=self.metadata(scene),
-            warnings=sea_warnings(*sea.unanswered),
+            warnings=(*sea_warnings(above, below), *setting.weather.warnings(setting)),
         )
 
     def metadata(self, scene: Surroundings) -> dict[str, Any]:
-        """Return a description of the sea and of how the ship meets it."""
-        return sea_metadata(scene, self) if self.weather is None else weather_metadata(scene, self)
+        """Return a description of the sea, or of the seas, and of how the ship meets it."""
+        shared = {'seed': scene.seed, 'heave': self.heave or self.turns_in_space}
+        if self.rao is not None:
+            shared['operator'] = self.rao.source
+        elif self.hull is not None:
+            length = '' if self.hull.length is None else f', {self.hull.length:g} m'
+            shared['hull'] = f'{self.hull.shape or "from a file"}{length}'
+        if self.weather is not None:
+            states = self.states(scene)
+            heights = [state.height for state in states]
+            return {
+                'kind': self.weather.kind,
+                'components': self.weather.components,
+                **shared,
+                'highest_m': max(heights),
+                'median_m': float(np.median(heights)),
+                'seas_at_once': seas_at_once(states, scene.duration_ns),
+                **self.weather.facts(),
+                'states': told(states),
+            }
+        sea = self.sea
+        assert sea is not None
+        height, period = height_and_period(sea)
+        metadata: dict[str, Any] = {
+            'spectrum': sea.spectrum,
+            'significant_wave_height_m': height,
+            'peak_period_s': period,
+            'components': sea.components,
+            'band_hz': list(band_hz(sea)),
+            'seed': shared.pop('seed'),
+            'heading_rad': self.relative_heading,
+            'speed_m_s': self.speed,
+            **shared,
+        }
+        if isinstance(sea, SpectrumTable):
+            metadata['source'] = sea.source
+        elif sea.spectrum == 'jonswap':
+            metadata['gamma'] = sea.gamma
+        if self.roll is not None and self.roll.fitted_to is not None:
+            metadata['roll_fitted_to'] = self.roll.fitted_to
+        return metadata
 
     def states(self, scene: Surroundings) -> tuple[WeatherState, ...]:
         """Return the states of the weather. A `SceneError` refuses one that misfits the scene."""
@@ -525,8 +603,15 @@ ANSWERS_KEPT = 1024
 def _answered(
     keys: HullSection, roll: Roll, place: ClockPlace, course: Encounter, sea: DrawnSea
 ) -> SixMotions[Harmonics]:
-    """Return the motions of a hull in one sea."""
-    return hull_answer(elevation(*sea), _made_hull(keys, roll, course.gravity), place, course)
+    """Return the motions of a hull at a place on board, in one sea.
+
+    Raises:
+        HullError: a speed beyond the validity of the coefficients, or a place outside the hull.
+    """
+    waves, hull = elevation(*sea), _made_hull(keys, roll, course.gravity)
+    hull.check_place(place)
+    response = hull.response(waves.angular_frequency, course.heading, course.speed)
+    return at_clock(waves, response, place, course)
 
 
 def _in_keys(scene: Surroundings, error: HullError) -> SceneError:
@@ -642,103 +727,6 @@ def _check_rate(scene: Surroundings, ship: SeaShip, omega: FloatArray, key: str)
         f'ship.rate ({ship.rate!r} Hz)',
         f'Raise ship.rate above {2.0 * shortest:.6g} Hz.',
     )
-
-
-def weather_channels(scene: Surroundings, ship: SeaShip) -> Channels:
-    """Return roll and heave in one sea after another. Refuse any state like `sea_motion`."""
-    states = ship.states(scene)
-    above = below = 0.0
-    for number, state in enumerate(states):
-        for place, alone in enumerate(state.alone):
-            if alone.sea is None:
-                continue
-            ship_in_sea = ship.in_state(alone)
-            low, high = (2.0 * np.pi * edge for edge in band_hz(alone.sea))
-            # the encounter frequency may have an extreme within the band
-            along = alone.speed * math.cos(alone.heading)
-            turns = 0.5 * scene.g / along if along > 0.0 else low
-            band = np.array([low, high, min(max(turns, low), high)])
-            _check_course(scene, ship_in_sea, alone)
-            _check_rate(scene, ship_in_sea, band, f'{alone.key}.peak_period')
-            if ship.rao is not None:
-                shares = sea_motion(scene, ship_in_sea, number + place * SWELL_STREAMS).unanswered
-                above, below = max(above, shares[0]), max(below, shares[1])
-
-    names = [item.name for item in fields(SixMotions)]
-    if not ship.turns_in_space:
-        names = ['roll', 'heave'] if ship.heave else ['roll']
-
-    def motions_of(number: int) -> list[Harmonics]:
-        parts = []
-        for place, alone in enumerate(states[number].alone):
-            motion = sea_motion(scene, ship.in_state(alone), number + place * SWELL_STREAMS)
-            parts.append([getattr(motion.six or motion, name) for name in names])
-        return parts[0] if len(parts) == 1 else list(map(together, zip(*parts, strict=True)))
-
-    setting = ship.setting(scene)
-    motions = dict(zip(names, fades_of(states, motions_of, len(names)), strict=True))
-    return Channels(
-        motions['roll'],
-        motions.get('heave'),
-        six=SixMotions(**motions) if ship.turns_in_space else None,
-        metadata=ship.metadata(scene),
-        warnings=(*sea_warnings(above, below), *setting.weather.warnings(setting)),
-    )
-
-
-def weather_metadata(scene: Surroundings, ship: SeaShip) -> dict[str, Any]:
-    """Return a description of the seas and of the ship's course in them, for reports and bags."""
-    assert ship.weather is not None
-    weather, states = ship.weather, ship.states(scene)
-    heights = [state.height for state in states]
-    return {
-        'kind': weather.kind,
-        'components': weather.components,
-        'seed': scene.seed,
-        'heave': ship.heave or ship.turns_in_space,
-        **_moved_by(ship),
-        'highest_m': max(heights),
-        'median_m': float(np.median(heights)),
-        'seas_at_once': seas_at_once(states, scene.duration_ns),
-        **weather.facts(),
-        'states': told(states),
-    }
-
-
-def sea_metadata(scene: Surroundings, ship: SeaShip) -> dict[str, Any]:
-    """Return a description of a sea and of the ship's course in it, for reports and bags."""
-    sea = ship.sea
-    assert sea is not None
-    height, period = height_and_period(sea)
-    metadata: dict[str, Any] = {
-        'spectrum': sea.spectrum,
-        'significant_wave_height_m': height,
-        'peak_period_s': period,
-        'components': sea.components,
-        'band_hz': list(band_hz(sea)),
-        'seed': scene.seed,
-        'heading_rad': ship.relative_heading,
-        'speed_m_s': ship.speed,
-        'heave': ship.heave or ship.turns_in_space,
-        **_moved_by(ship),
-    }
-    if isinstance(sea, SpectrumTable):
-        metadata['source'] = sea.source
-    elif sea.spectrum == 'jonswap':
-        metadata['gamma'] = sea.gamma
-    if ship.roll is not None and ship.roll.fitted_to is not None:
-        metadata['roll_fitted_to'] = ship.roll.fitted_to
-    return metadata
-
-
-def _moved_by(ship: SeaShip) -> dict[str, str]:
-    """Return the metadata of the operator or hull, empty for a roll equation."""
-    if ship.rao is not None:
-        return {'operator': ship.rao.source}
-    if ship.hull is None:
-        return {}
-    length = '' if ship.hull.length is None else f', {ship.hull.length:g} m'
-    return {'hull': f'{ship.hull.shape or "from a file"}{length}'}
 
 
 def sea_warnings(above: float, below: float) -> tuple[str, ...]:

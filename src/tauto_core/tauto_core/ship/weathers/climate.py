@@ -183,7 +183,16 @@ class ClimateWeather(WeatherKind):
         normal = np.random.Generator(
             np.random.PCG64(np.random.SeedSequence(scene.seed, spawn_key=(_STREAM,)))
         ).standard_normal(len(at_sea))
-        begins = self._begins_ns(setting)
+        begins: list[int] = []
+        for index, region in enumerate(self.regions):
+            key = f'ship.weather.regions[{index}]'
+            begins.append(setting.time_of(region, key))
+            if index and begins[-1] <= begins[-2]:
+                problem = (
+                    f'begins at {begins[-1] / NS_PER_S:g} s, not later than the region before'
+                )
+                remedy = 'Give the regions in the order of the route.'
+                raise SceneError(scene.name, key, ABSENT, problem, remedy)
         states, departure = [], 0.0
         for index, (at_ns, drawn) in enumerate(zip(at_sea, normal.tolist(), strict=True)):
             number = max(bisect_right(begins, at_ns) - 1, 0)
@@ -207,18 +216,6 @@ class ClimateWeather(WeatherKind):
 
         in_harbour = [in_port(at_ns) for at_ns in [0] * (begin_ns > 0) + [begin_ns]]
         return (*in_harbour, *states, in_port(passage.arrives_ns))
-
-    def _begins_ns(self, setting: WeatherSetting) -> list[int]:
-        times: list[int] = []
-        for index, region in enumerate(self.regions):
-            key = f'ship.weather.regions[{index}]'
-            begins = setting.time_of(region, key)
-            if times and begins <= times[-1]:
-                problem = f'begins at {begins / NS_PER_S:g} s, not later than the region before'
-                remedy = 'Give the regions in the order of the route.'
-                raise SceneError(setting.scene.name, key, ABSENT, problem, remedy)
-            times.append(begins)
-        return times
 
     def problems(self, rate_hz: float) -> Iterator[Problem]:
         """Yield the contradictions in the regions and the port."""

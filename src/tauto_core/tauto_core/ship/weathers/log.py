@@ -72,11 +72,6 @@ def fetch_of_hours(hours: float, wind: float) -> float:
     return float(1e3 * (hours * wind**0.46) ** (1.0 / 0.73))
 
 
-def hours_of_fetch(fetch_m: float, wind: float) -> float:
-    """Return the duration [h] with this effective fetch [m]."""
-    return float((fetch_m / 1e3) ** 0.73 * wind**-0.46)
-
-
 def fetch_of_height(height: float, wind: float) -> float:
     """Return the fetch [m] for a height [m] below `highest_m` of the wind [m/s]."""
     part = 1.0 - height / highest_m(wind)
@@ -122,7 +117,8 @@ def grown_seas(
             swell = max(old, swell)._replace(height=math.hypot(old.height, swell.height))
         sea = NO_SEA
         if blows:
-            fetch = fetch_of_hours(hours_of_fetch(begun, wind) + lasted, wind)
+            blown = (begun / 1e3) ** 0.73 * wind**-0.46
+            fetch = fetch_of_hours(blown + lasted, wind)
             sea = WindSea(*grown(max(begun, min(fetch, LARGEST_FETCH_M)), wind), wind_from)
         seas.append((sea, swell))
     return seas
