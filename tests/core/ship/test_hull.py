@@ -376,11 +376,6 @@ def test_a_file_holds_the_hull(tmp_path, deptford):
     assert (tmp_path / 'mine.npz').read_bytes() == before
 
 
-def test_shipped_tables_are_small():
-    assert {each.stem for each in hulls.SHAPES_FOLDER.glob('*.npz')} == set(SHAPES)
-    assert all(each.stat().st_size < 200_000 for each in hulls.SHAPES_FOLDER.glob('*.npz'))
-
-
 @pytest.mark.parametrize('name', SHAPES)
 def test_a_shipped_table_is_that_of_its_shape(name):
     shape, hull = SHAPES[name], named_hull(name)

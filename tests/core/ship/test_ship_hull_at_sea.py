@@ -12,13 +12,11 @@ from scipy.spatial.transform import Rotation
 from typer.testing import CliRunner
 
 from tauto_core.cli.app import app
-from tauto_core.curves.numerics import trapezoid
 from tauto_core.ensembles.comparison import with_roll
 from tauto_core.samples import FloatArray, ImuSamples
 from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import SceneError, UsageError
-from tauto_core.ship.hull import ClockPlace, Hull, named_hull
-from tauto_core.ship.sea import bretschneider
+from tauto_core.ship.hull import named_hull
 from tauto_core.ship.source import ShipMotion
 from tauto_core.voyage import sail
 
@@ -62,20 +60,6 @@ def level_accelerations(imu: ImuSamples) -> FloatArray:
     return np.asarray(turned - np.array([0.0, 0.0, G]))
 
 
-def test_mean_squares_of_the_series_are_those_of_the_spectrum(scene: Any) -> None:
-    """By another way than the harmonics: the integral of |A|² S over the hull's response."""
-    ready = scene(**{'duration': 50_000.0, 'ship.heading': 2.356, 'ship.sea.components': 400})
-    motion = ShipMotion(ready)
-    found = np.mean(level_accelerations(motion.produce(motion.total)) ** 2, axis=0)
-    hull = Hull(named_hull('deptford'), 11.0, 0.08)
-    omega = 2.0 * math.pi / 9.0 * np.linspace(0.5, 4.0, 8000)
-    answer = hull.response(omega, 2.356).accelerations(ClockPlace(12.0, 0.0, 3.0))
-    density = bretschneider(omega, 2.5, 9.0)[:, None] * np.abs(answer) ** 2
-    # each of 400 bins has its energy at a frequency drawn within it
-    expected = [trapezoid(along, omega) for along in density.T]
-    np.testing.assert_allclose(found, expected, rtol=0.02)
-
-
 def rates(ready: Scene) -> tuple[float, float]:
     """Return the dial's rate, and the mean of sqrt(|f|/g) - 1 in the thread's plane [s/day]."""
     from tauto_core.ship.imu import force_in_plane
@@ -105,22 +89,6 @@ def test_a_weight_in_head_seas_loses_by_its_plane(scene: Any, plane: str, printe
     assert found == pytest.approx(felt, rel=0.03)
     # ten hours of 64 waves have the mean square of the spectrum to some per cent
     assert found == pytest.approx(printed, rel=0.08)
-
-
-def test_a_clock_driven_by_a_force_does_not_feel_the_hull(scene: Any) -> None:
-    ready = scene(
-        **{
-            'trochlea.thread': {'kind': 'hole', 'distance': 0.08},
-            'trochlea.cam': {'kind': 'hole', 'lever_rate': 0.01},
-            'trochlea.power': {'kind': 'force', 'force': 1.579},
-            'ship.heading': 3.141592653589793,
-            'ship.roll.damping_ratio': 0.9,
-            'duration': 3600.0,
-        }
-    )
-    # head seas leave roll and case alone. The dial is read to 1e-9 s
-    at_sea, on_land = (sail(each).result['clock'] for each in (ready, scene_on_land(ready)))
-    assert at_sea['rate_s_per_day'] == pytest.approx(on_land['rate_s_per_day'], abs=1e-6)
 
 
 def test_weather_has_six_motions_too(scene: Any) -> None:

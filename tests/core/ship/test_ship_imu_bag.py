@@ -11,7 +11,6 @@ from rosbags.typesys import Stores, get_typestore
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import MotionDataError
 from tauto_core.ship import ShipMotion, attitude
-from tauto_core.ship.motions.recorded import read_imu
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 IMU = 'sensor_msgs/msg/Imu'
@@ -89,17 +88,6 @@ def test_bag_gives_the_measured_motion(tmp_path):
     # of g sin(roll) and g cos(roll) the 4th harmonic is beyond 0.4 Hz: g 0.1^4/192 = 5e-6
     np.testing.assert_allclose(felt.force_y, 9.8 * np.sin(expected), rtol=0, atol=6e-6)
     np.testing.assert_allclose(felt.force_z, 9.8 * np.cos(expected), rtol=0, atol=6e-6)
-
-
-def test_broken_off_bag_is_read_as_far_as_it_goes(tmp_path):
-    octets = write(tmp_path / 'whole.mcap', sensors()).read_bytes()
-    (tmp_path / 'broken.mcap').write_bytes(octets[: len(octets) // 2])
-    imu, warnings = read_imu(tmp_path / 'broken.mcap', 'broken', 'imu/data')
-    n = len(imu.stamp_ns)
-    assert n > 0.4 * N - 60  # a chunk of 16 KiB holds 50 messages
-    assert imu.stamp_ns.tolist() == [m.stamp_ns for m in sensors()[:n]]
-    assert 'broken.mcap: it was cut ' in warnings[-1]
-    assert f'the {n} Imu messages that can be read are used' in warnings[-1]
 
 
 def test_a_record_that_breaks_off_warns_or_is_too_short(tmp_path):

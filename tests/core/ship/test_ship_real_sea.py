@@ -1,17 +1,13 @@
 """Measured seas: energy and peak of the generated waves, and the motion of a real ship in them."""
 
-import json
 import math
 from fractions import Fraction
 from itertools import pairwise
 
 import numpy as np
 import pytest
-import yaml
 
-from tauto_core.bags import BagWriter
-from tauto_core.samples import text
-from tauto_core.scene import SpectrumTable, load_scene, scene_yaml
+from tauto_core.scene import SpectrumTable, load_scene
 from tauto_core.ship import ShipMotion, bag_metadata
 from tauto_core.ship.motions.sea import sea_motion
 from tauto_core.ship.sea import band_hz, elevation, energy_below, height_and_period
@@ -100,21 +96,6 @@ def test_metadata_say_how_the_sea_is_met():
     assert told['significant_wave_height_m'] == pytest.approx(1.7251, abs=5e-5)
     assert told['peak_period_s'] == pytest.approx(1.0 / 0.18, rel=1e-15)
     assert (told['seed'], told['heading_rad'], told['speed_m_s']) == (1726, 1.75, 5.0)
-
-
-def test_a_bag_says_it_too(tmp_path):
-    """In the metadata of the folder and, the same, in the MCAP file."""
-    ready = load_scene('buoy_44004_supply')
-    with BagWriter(tmp_path / 'bag') as bag:
-        bag.describe(bag_metadata(ready))
-        bag.write({'scene': text(1, scene_yaml(ready))})
-    told = yaml.safe_load((tmp_path / 'bag' / 'metadata.yaml').read_text())
-    custom = told['rosbag2_bagfile_information']['custom_data']
-    assert set(map(type, custom.values())) == {str}
-    assert json.loads(custom['sea.seed']) == 1726
-    assert json.loads(custom['sea.speed_m_s']) == 5.0
-    assert custom['sea.source'] == SPECTRUM
-    assert f'sea.source: {SPECTRUM}'.encode() in (tmp_path / 'bag' / 'bag_0.mcap').read_bytes()
 
 
 def test_other_ships_have_nothing_to_say_of_a_sea():

@@ -240,20 +240,6 @@ def test_signs_of_a_heel_and_of_a_push_to_port():
     np.testing.assert_allclose(contact, math.hypot(0.5, G), rtol=1e-14)
 
 
-def test_large_and_small_angles_part_with_the_square_of_the_sea():
-    """Sway alone: heave would shake the full equations in the first order."""
-    apart = []
-    for size in (0.3, 0.03):
-        found = [
-            in_the_case(scene, imu)[1][:: sensed_parts(scene)]
-            for large in (False, True)
-            for scene in [scene_of(suspension__large_angles=large)]
-            for imu in [shaken(1.1, size, rate=20.0, seconds=10.0)]
-        ]
-        apart.append(np.max(np.abs(found[1] - found[0])) / size)
-    assert apart[1] == pytest.approx(0.01 * apart[0], rel=0.05)
-
-
 def same_bits(one, other):
     for name, value in vars(one).items():
         if isinstance(value, np.ndarray):
@@ -308,31 +294,6 @@ def test_the_clock_in_the_case_gets_all_samples_and_resumes(changes):
         stage.restore(state)
     for topic, samples in wanted.items():
         same_bits(samples, join([part[topic] for part in parts if topic in part]))
-
-
-def test_jitter_and_lost_samples_hardly_matter():
-    """Half a second lost and stamps off the grid: other windows, the same case.
-
-    Waves of 3 s and more at 20 Hz: windows of 10 samples with a gap of 0.5 s err by 1e-7.
-    """
-    waves = [{'amplitude': 0.2, 'period': 6.0, 'phase': 0.4}]
-    scene = rolling(waves, duration=20.0)
-    dense = motion_of(rolling(waves, duration=21.0, rate=1000.0))
-    rng = np.random.default_rng(3)
-    keep = np.arange(0, 20_500, 50)
-    keep[1:] += rng.integers(-5, 6, len(keep) - 1)
-    keep = np.delete(keep, slice(200, 210))
-    hung = Suspension(scene, max_gap_s=1.0)
-    case = hung.feed(take(dense, keep), scene.starts_at_ns)
-    times, phi, *_ = in_the_case(scene)
-    found = np.interp(times[50:2500], (case.stamp_ns - scene.starts_at_ns) * 1e-9, case.tilt)
-    # linear interpolation between samples of 6 ms errs by (Ωh)²/8
-    np.testing.assert_allclose(found, phi[50:2500], rtol=0, atol=1e-4 * np.max(np.abs(phi)))
-    assert hung.bridged == 1
-    lost = Suspension(scene, max_gap_s=0.4)
-    lost.feed(take(dense, keep), scene.starts_at_ns)
-    with pytest.raises(PropagationError, match='no ship motion for'):
-        lost.feed(take(dense, slice(20_600, 20_900)), scene.starts_at_ns)
 
 
 def test_the_case_is_sampled_as_its_fast_mode_needs():

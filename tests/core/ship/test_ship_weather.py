@@ -8,7 +8,6 @@ import pytest
 
 from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
 from tauto_core.ship import Passage, ShipMotion, bag_metadata
-from tauto_core.ship.waves import SampledFades
 from tauto_core.ship.weathers import seas_at_once
 
 S = 1_000_000_000
@@ -59,44 +58,6 @@ def test_each_state_has_its_spectrum_and_phases():
     assert not np.isin(first.phase, last.phase).any()
     # a bin is 3.3 % wide
     np.testing.assert_allclose(first.period, last.period, rtol=0.034)
-
-
-def test_heave_has_variance_of_its_state_and_0_in_a_calm():
-    """Over an hour of a steady sea the variance of heave is within a sixth of Hs²/16."""
-    states = [{'at': 0.0, **CALM}, {'at': 1800.0, **CALM}, {'at': 3600.0, **HIGH}]
-    scene = scene_of(*states, {'at': 7200.0, **HIGH}, rate=20.0)
-    imu = ShipMotion(scene).produce(10**6)
-    still = slice(0, 1800 * 20)
-    assert (imu.angular_velocity[still] == 0.0).all()
-    assert (imu.linear_acceleration[still] == [0.0, 0.0, scene.g]).all()
-    found = scene.ship.channels(scene).heave
-    (heave,) = SampledFades(found, scene.step_ns).between(3600 * 20, 7200 * 20, 0)
-    assert np.var(heave) == pytest.approx(2.5**2 / 16.0, rel=1.0 / 6.0)
-
-
-def test_force_at_clock_is_second_derivative_of_motion():
-    """Within a change of ten minutes, when the fade's derivatives matter most.
-
-    Specific force against differences of fourth order of roll and heave: they leave out
-    h⁴/90 of a sixth derivative, 1e-12 of it, and round to 1e-9.
-    """
-    scene = scene_of({'at': 0.0, **LOW}, {'at': 600.0, **HIGH}, duration=660.0, rate=1000.0)
-    motion = ShipMotion(scene)
-    motion.restore({'next': 300_000})
-    imu = motion.produce(2000)
-    channels = scene.ship.channels(scene)
-    roll, heave = (
-        SampledFades(each, scene.step_ns).between(299_998, 302_002, 0)[0]
-        for each in (channels.roll, channels.heave)
-    )
-    twice = np.array([-1.0, 16.0, -30.0, 16.0, -1.0]) / 12.0 * 1e6
-    roll_2, heave_2 = (np.correlate(x, twice) for x in (roll, heave))
-    rate = np.correlate(roll, np.array([1.0, -8.0, 0.0, 8.0, -1.0]) / 12.0 * 1e3)
-    g, z0, rho = scene.g, 3.0, roll[2:-2]
-    wanted_y = (g + heave_2) * np.sin(rho) - z0 * roll_2
-    wanted_z = (g + heave_2) * np.cos(rho) - z0 * rate**2
-    np.testing.assert_allclose(imu.linear_acceleration[:, 1], wanted_y, rtol=0, atol=3e-9)
-    np.testing.assert_allclose(imu.linear_acceleration[:, 2], wanted_z, rtol=0, atol=3e-9)
 
 
 def test_speed_and_heading_follow_the_route():

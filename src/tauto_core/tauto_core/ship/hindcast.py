@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
 import numpy as np
 from pydantic import Field
 
-from tauto_core.samples import FloatArray, IntArray
+from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import ABSENT, SceneError, install
 from tauto_core.scene.sections import LONGEST_TEXT, Flag, Itinerary, OneLine
 from tauto_core.scene.tables import data_path, source_name, utc, words_of
@@ -439,9 +439,7 @@ class Hindcast:
         turns: bool,
     ) -> FloatArray:
         """Return the values along a piece of the track, from one box of the grid."""
-        lows: list[IntArray] = []
-        parts: list[FloatArray] = []
-        box = []
+        lows, parts, box = [], [], []
         degrees = NEAREST_SEA_KM / _KM_PER_DEG
         wider = degrees / max(
             math.cos(math.radians(float(np.abs(track[1]).max()) + degrees)), 0.01
@@ -456,21 +454,17 @@ class Hindcast:
         # the box may cross the first meridian of the file
         part = field[times, latitudes, longitudes % self._count]
         values = part.to_numpy().astype(np.float64)
-        corners, weights = [], []
-        for steps in product((0, 1), repeat=3):
-            at = [low + step for low, step in zip(lows, steps, strict=True)]
-            weight = np.ones(len(track[0]))
-            for part, step in zip(parts, steps, strict=True):
-                weight = weight * (part if step else 1.0 - part)
-            corner = values[tuple(i - begin for i, (begin, _) in zip(at, box, strict=True))]
-            corner[weight == 0.0] = 0.0
-            for row in np.flatnonzero(np.isnan(corner)).tolist():
-                corner[row] = self._nearest(
-                    name, values, box, [int(i[row]) for i in at], [t[row] for t in track]
-                )
-            corners.append(corner)
-            weights.append(weight)
-        samples, share = np.array(corners), np.array(weights)
+        # the eight corners about each row of the track, (3, 8, n)
+        steps = np.array(list(product((0, 1), repeat=3))).T[:, :, None]
+        at = np.array(lows)[:, None] + steps
+        between = np.array(parts)[:, None]
+        share = np.prod(np.where(steps, between, 1.0 - between), axis=0)
+        samples = values[tuple(at - np.array(box)[:, :1, None])]
+        samples[share == 0.0] = 0.0
+        for corner, row in np.argwhere(np.isnan(samples)).tolist():
+            samples[corner, row] = self._nearest(
+                name, values, box, at[:, corner, row].tolist(), [axis[row] for axis in track]
+            )
         limits = FIELDS[name]
         is_valid = (samples >= limits.low) & (samples <= limits.high)
         for which, row in np.argwhere(~is_valid & (share > 0.0))[:1]:
