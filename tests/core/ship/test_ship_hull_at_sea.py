@@ -235,7 +235,7 @@ def test_scene_check_names_the_hull_or_its_absence() -> None:
         options = [word for setting in settings for word in ('--set', setting)]
         command = ['scene', 'check', 'involute_weight_at_sea', *options]
         result = CliRunner().invoke(app, command)
-        return next(line for line in result.stdout.splitlines() if '│ hull ' in line)
+        return next(line for line in result.stdout.splitlines() if line.startswith('hull '))
 
     without = ('ship.hull=null', 'ship.heave=true', 'ship.roll.slope_coefficient=0.7')
     assert 'none: it heaves' in hull_row(*without)
