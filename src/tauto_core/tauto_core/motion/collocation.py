@@ -83,7 +83,6 @@ from tauto_core.motion.wheel import (
     WHEEL_NODES,
     InputChannels,
     Wheel,
-    WithWheel,
     coordinate_and_momentum,
     error_factor,
     lasting_shape,
@@ -113,8 +112,33 @@ class _FreeNumbers(NamedTuple):
     scale: float | None
 
 
-class FreeWheel(_FreeNumbers, WithWheel, LooseSystem):
+class FreeWheel(_FreeNumbers, LooseSystem):
     """Wheel and weight: X = ϑ and ωY = ψ̇ of the one, X = scale·η and ωY = scale·η̇ of the other."""
+
+    @property
+    def impulse(self) -> float:
+        """Angle of the impulse [rad]."""
+        return self.wheel.impulse
+
+    @property
+    def pace(self) -> float:
+        """Frequency of the wheel's swing with a taut thread [rad/s]."""
+        return self.wheel.pace
+
+    @property
+    def feels_impulse(self) -> bool:
+        """Whether an escapement pushes the wheel."""
+        return self.wheel.feels_impulse
+
+    @property
+    def recoils(self) -> bool:
+        """Whether a resting tooth pushes the wheel back."""
+        return self.wheel.recoils
+
+    @property
+    def drag_has_kink(self) -> bool:
+        """Whether the drag has a kink at the turning points."""
+        return self.wheel.drag_has_kink
 
     @property
     def sticks(self) -> bool:

@@ -7,7 +7,7 @@ the range, and a slack thread. The value of an event changes from positive to ne
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 from tauto_core.kernels import compiled, inlined
 from tauto_core.motion.gauss_step import (
@@ -246,18 +246,12 @@ HALVINGS = 60
 """Bisections, enough for the last bit of a double."""
 
 
-class WatchedCondition(Protocol):
-    """A NamedTuple with a condition within a step."""
-
-    def holds(self, xi: float) -> bool:
-        """Return whether the condition holds at the fraction xi of the step."""
-
-
 @compiled
-def first_holds(watch: WatchedCondition, probes: int) -> float:
+def first_holds(watch: Any, probes: int) -> float:
     """Return the first fraction of the step at which a condition holds, or 2 if it never holds.
 
-    The condition is probed at the ends of `probes` equal parts and bisected in the first hit.
+    `watch.holds` returns whether it holds at a fraction. It is probed at the ends of `probes`
+    equal parts and bisected in the first hit.
     """
     for i in range(1, probes + 1):
         b = i / probes

@@ -39,6 +39,7 @@ from tauto_core.motion.system import (
     APPARENT_GRAVITY,
     DRIVE_RATE,
     HEAT_POWERS,
+    HOT_NUMBERS,
     LEAN,
     NOWHERE,
     TILT_RATE,
@@ -299,14 +300,8 @@ def _keep_wheel(
 @inlined
 def _keep_hot(hot: HeatPieces, k: int, at: Lanes, times: Lanes, initial: bool, work: Work) -> None:
     """Keep the thermal parameters at the nodes in span k and after it."""
-    nodes = work.nodes
-    keep(nodes.carried, times, initial, _number(hot, k, 0, at))
-    keep(nodes.force, times, initial, _number(hot, k, 1, at))
-    keep(nodes.stiffness, times, initial, _number(hot, k, 2, at))
-    keep(nodes.weight, times, initial, _number(hot, k, 3, at))
-    keep(nodes.viscous, times, initial, _number(hot, k, 4, at))
-    keep(nodes.share, times, initial, _number(hot, k, 5, at))
-    keep(nodes.growth, times, initial, _number(hot, k, 6, at))
+    for i in range(HOT_NUMBERS):
+        keep(work.nodes.hot, times, initial, _number(hot, k, i, at), i)
 
 
 @inlined
@@ -360,32 +355,25 @@ def _predicted(run: SteppedRun, swing: FreeHalfSwing, free: FreeState, usual_s: 
     return usual_s + correction
 
 
-class WheelInstant(NamedTuple):
-    """A wheel at an instant.
-
-    Attributes:
-        angle, rate, bend: θ [rad], θ̇ and θ̈.
-        coordinate, speed, acceleration: ϑ [rad], ϑ̇ and ϑ̈.
-        drift: the time derivatives of X and ωY.
-    """
-
-    angle: float
-    rate: float
-    bend: float
-    coordinate: float
-    speed: float
-    acceleration: float
-    drift: Plane
-
-
 @inlined
-def moving(wheel: Wheel, mode: Mode, omega: Omega, plane: Plane, at: Inputs) -> WheelInstant:
-    """Return the wheel at an instant, along the arc by its polynomials, without a division."""
+def moving(wheel: Wheel, mode: Mode, omega: Omega, plane: Plane, at: Inputs) -> Instant:
+    """Return the wheel at an instant, along the arc by its polynomials, without a division.
+
+    Tension, margin and torque, which no step needs, are missing along the arc.
+    """
     if wheel.shape is None:
         now = wheel.instant(mode, omega, (plane,), at)
-        drift = wheel.drift(mode, omega, at, now)[0]
-        return WheelInstant(
-            now.angle, now.rate, now.bend, now.coordinate, now.speed, now.acceleration, drift
+        return Instant(
+            now.angle,
+            now.rate,
+            now.bend,
+            now.tension,
+            now.margin,
+            now.torque,
+            now.coordinate,
+            now.speed,
+            now.acceleration,
+            wheel.drift(mode, omega, at, now),
         )
     per_inertia, line, tilt = wheel_now(wheel, at).per_inertia, at.drive, at.tilt
     s, w = plane.x, omega[0] * plane.y
@@ -402,19 +390,22 @@ def moving(wheel: Wheel, mode: Mode, omega: Omega, plane: Plane, at: Inputs) -> 
         w_rate = w_rate - per_inertia.growth * w
     bend = w_rate - (line.bend * n + line.rate * slope * arc_speed)
     acceleration = n * bend + slope * arc_speed * arc_speed
-    return WheelInstant(
-        q + tilt.value,
-        rate,
-        acceleration + tilt.bend,
-        q,
-        speed,
-        acceleration,
-        Plane(arc_speed, w_rate),
+    return Instant(
+        angle=q + tilt.value,
+        rate=rate,
+        bend=acceleration + tilt.bend,
+        tension=0.0,
+        margin=0.0,
+        torque=0.0,
+        coordinate=q,
+        speed=speed,
+        acceleration=acceleration,
+        drift=(Plane(arc_speed, w_rate),),
     )
 
 
 @inlined
-def _late(wheel: Wheel, way: float, now: WheelInstant, omega: Omega, struck: bool) -> float:
+def _late(wheel: Wheel, way: float, now: Instant, omega: Omega, struck: bool) -> float:
     """Return the short time to the impulse, or to the kink of the cam [s]."""
     if struck:
         return time_until(wheel.impulse - way * now.angle, way, now.rate, now.bend, omega)
@@ -436,7 +427,7 @@ def given_by_impulse(
     mode: Mode,
     goal: Plane,
     omega: Omega,
-    now: WheelInstant,
+    now: Instant,
     at: Inputs,
     late: float,
     count: int,
@@ -644,7 +635,7 @@ def _act(
     struck: bool,
     goal: Plane,
     at: Inputs,
-    now: WheelInstant,
+    now: Instant,
     since: float,
 ) -> None:
     """Apply an impulse or the kink to the state `goal`, a short time after an instant."""
@@ -734,11 +725,11 @@ def _to_event(
         if not holds(run, swing, mode, free_end.error, h):
             break
         signs = signs_at_nodes(wheel.coordinates(work), plane.x < 0.0, NOWHERE, work)
-        goal, since = _end_later(run, h, late, end, now.drift), late
+        goal, since = _end_later(run, h, late, end, now.drift[0]), late
         if omega[0] * abs(late) > free_end.close:
             # evaluate once more at the expected event
             k, x = span_at(swing, h + late)
-            at, drift = ship_at(swing, k, x), now.drift
+            at, drift = ship_at(swing, k, x), now.drift[0]
             now = moving(wheel, mode, omega, goal, at)
             since = _late(wheel, way, now, omega, struck)
             late += since
@@ -927,7 +918,7 @@ def expected_s(run: SteppedRun, swing: FreeHalfSwing, free: FreeState, free_end:
 
 
 @inlined
-def is_past(wheel: Wheel, state: RunningState, now: Instant | WheelInstant) -> bool:
+def is_past(wheel: Wheel, state: RunningState, now: Instant) -> bool:
     """Return whether the next event of a state precedes an instant."""
     onward = _goes_on(wheel, state)
     way = float(state.direction) if onward else -float(state.direction)

@@ -189,7 +189,8 @@ def make_work(
 ) -> NDArray[np.void]:
     """Return the workspace of a system with `planes` rotating planes and the rows `nodes`.
 
-    Rows are aligned to cache lines. A row across two lines costs twice the time.
+    A name that is repeated has as many rows. Rows are aligned to cache lines. A row across two
+    lines costs twice the time.
     """
     rows = {
         **dict.fromkeys(('coefficients', 'expansion'), stages),
@@ -198,7 +199,9 @@ def make_work(
         **dict.fromkeys(('u', 'v', 'k1', 'k2', 'x', 'y', 'd1', 'd2', 'f1', 'f2'), planes),
         **dict.fromkeys(('cosine', 'sine'), 2 * planes),
     }
-    node_type = np.dtype([(name, 'f8', (1, stages)) for name in nodes])
+    node_type = np.dtype(
+        [(name, 'f8', (nodes.count(name), stages)) for name in dict.fromkeys(nodes)]
+    )
     kind = np.dtype(
         [
             ('piece', 'f8', (MOST_POWERS, columns)),

@@ -262,11 +262,8 @@ def larger(out: Emission, a: Any, b: Any) -> Any:
 @intrinsic
 def lowest(out: Emission, lanes: Any) -> Any:
     """Return the least of the lanes. A NaN may be ignored."""
-
-    def smaller(a: Any, b: Any) -> Any:
-        return out.b.select(out.b.fcmp_ordered('<', a, b), a, b)
-
-    return _folded(out, out.lanes(lanes), smaller)
+    smaller = out.b.fcmp_ordered
+    return _folded(out, out.lanes(lanes), lambda a, b: out.b.select(smaller('<', a, b), a, b))
 
 
 @intrinsic

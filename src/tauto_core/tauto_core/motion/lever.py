@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -298,15 +298,6 @@ The latter are g_eff cos τ and g_eff sin τ, plus the transverse part near weig
 """
 
 
-class LeverNodes(Protocol):
-    """Types of the rows LEVER_NODES."""
-
-    alpha_rate: FloatArray
-    alpha_bend: FloatArray
-    g_up: FloatArray
-    g_across: FloatArray
-
-
 class LeverOnArc(NamedTuple):
     """The functions of the arc at one s, or at lanes of s: n, w, χ', cos β and sin β."""
 
@@ -380,7 +371,7 @@ class SullyLever(_LeverNumbers, ThreadSystem):
     @inlined
     def complete_case(self, work: Work) -> None:
         """Turn g_eff and tilt at the nodes into the apparent gravity along and across the case."""
-        nodes: LeverNodes = work.nodes
+        nodes = work.nodes
         g_eff, tilt = row_of(nodes.g_up), row_of(nodes.g_across)
         sine, versine = sine_versine(tilt)
         aside = transverse_at_nodes(g_eff, tilt, work)
@@ -390,7 +381,7 @@ class SullyLever(_LeverNumbers, ThreadSystem):
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill the terms of (methods.3) beyond the rotation of the plane."""
         s, p = row_of(work.x), omega[0] * row_of(work.y)
-        nodes: LeverNodes = work.nodes
+        nodes = work.nodes
         hot, at = thread_at_nodes(self, work), _near_nodes(self.shape, s)
         alpha_rate = row_of(nodes.alpha_rate)
         carried = alpha_rate * fma(self.root_j, at.w, at.n)
@@ -408,7 +399,7 @@ class SullyLever(_LeverNumbers, ThreadSystem):
     def exits(self, mode: Mode, omega: Omega, work: Work) -> Exits:
         """Return whether the step leaves the geometry, or the thread goes slack."""
         s, p = row_of(work.x), omega[0] * row_of(work.y)
-        nodes: LeverNodes = work.nodes
+        nodes = work.nodes
         at = _near_nodes(self.shape, s)
         a = fma(self.root_j, at.w, at.n)
         speed = p - row_of(nodes.alpha_rate) * a

@@ -42,7 +42,7 @@ from tauto_core.motion.lanes import (
     width,
     with_lane,
 )
-from tauto_core.motion.lever import LeverNodes, SullyLever, arc_series, lever_on_arc
+from tauto_core.motion.lever import SullyLever, arc_series, lever_on_arc
 from tauto_core.motion.slack import LooseSystem, Retension, SlackThread, rounding_of
 from tauto_core.motion.stepping import (
     ERROR_OF_LAST_STRONG,
@@ -54,6 +54,7 @@ from tauto_core.motion.stepping import (
     tolerance_of,
 )
 from tauto_core.motion.system import (
+    HOT_NODES,
     Exits,
     ForcingPieces,
     HeatTerms,
@@ -71,7 +72,6 @@ from tauto_core.motion.threads import (
     SETTLED,
     Hanging,
     OnWheel,
-    ThreadNodes,
     WithThread,
     drag_on_wheel,
     thread_at_nodes,
@@ -170,7 +170,7 @@ class RealThreads(SlackThread):
             self._model = _hanging(machine)
             nodes += threads.SPRING_NODES * bool(machine.stiffness)
         hot, planes = machine.heat.acts, len(self._model.omega)
-        rows, columns = (HeatTerms._fields, 2 * SIZE) if hot else ((), SIZE)
+        rows, columns = (HOT_NODES, 2 * SIZE) if hot else ((), SIZE)
         super().__init__(machine, planes, (*nodes, *rows, *constants), stages, allowed, columns)
         if hot:
             lasting = replace(machine, heat=NO_HEAT)
@@ -462,7 +462,7 @@ class LooseThread(LooseOnWheel):
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill the disturbances of the three planes."""
-        nodes: ThreadNodes = work.nodes
+        nodes = work.nodes
         w = omega[0] * row_of(work.y, 0)
         rate = w - row_of(nodes.alpha_rate)
         on_wheel = thread_at_nodes(self.taut, work).on_wheel
@@ -481,7 +481,7 @@ class LooseThread(LooseOnWheel):
         for i in range(width(work.fractions)):
             radius = self.taut.radius
             if self.on_wheel.heat is not None:
-                radius = lane(row_of(work.nodes.carried), i)
+                radius = lane(row_of(work.nodes.hot), i)
             psi = lane(row_of(work.x, 0), i)
             x, y = lane(row_of(work.x, 1), i), lane(row_of(work.x, 2), i)
             hangs = _hangs_at(self.taut, radius, psi, x, y)
@@ -639,7 +639,7 @@ class LooseLever(LooseOnWheel):
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill the disturbances of both planes."""
-        nodes: LeverNodes = work.nodes
+        nodes = work.nodes
         root_j, alpha_rate = self.taut.root_j, row_of(nodes.alpha_rate)
         w, taut = omega[0] * row_of(work.y, 0), thread_at_nodes(self.taut, work)
         kappa = taut.kappa + 0.0 * alpha_rate

@@ -121,13 +121,6 @@ class CountedAngles(NamedTuple):
     rate: float
 
 
-class WatchedAngles(Protocol):
-    """A NamedTuple with angles within a step."""
-
-    def angles(self, xi: float) -> CountedAngles:
-        """Return the angles at a fraction of the step."""
-
-
 class WatchAngles(NamedTuple):
     """The angles of a system that swings."""
 
@@ -180,7 +173,7 @@ def ahead(coordinate: float, rate: float, angle: float) -> int:
 
 
 @compiled
-def _returns(watch: WatchedAngles, of_wheel: bool, a: float, b: float, length_s: float) -> bool:
+def _returns(watch: Any, of_wheel: bool, a: float, b: float, length_s: float) -> bool:
     """Return whether an angle passes zero and comes back between the fractions a and b of a step.
 
     The angle, θ if `of_wheel` and otherwise ϑ, is on the same side at both, and moves towards zero
@@ -207,9 +200,7 @@ def _returns(watch: WatchedAngles, of_wheel: bool, a: float, b: float, length_s:
 
 
 @compiled
-def passages(
-    watch: WatchedAngles, length_s: float, limit: float, stop: float, work: Work
-) -> PassageCount:
+def passages(watch: Any, length_s: float, limit: float, stop: float, work: Work) -> PassageCount:
     """Return the passages of zero within a step, followed on its polynomials.
 
     Nodes before the fraction `limit` are counted. The motion ends at the fraction `stop` or at the

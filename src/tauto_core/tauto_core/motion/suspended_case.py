@@ -226,16 +226,6 @@ CASE_ERROR_OF_LAST = 1.0
 """Upper bound of a step's error over the square of its last Legendre coefficient (`stepping`)."""
 
 
-class CaseNodes(Protocol):
-    """Types of the rows CASE_NODES."""
-
-    sway: FloatArray
-    lift: FloatArray
-    contact: FloatArray
-    theta: FloatArray
-    delta: FloatArray
-
-
 class AxleNumbers(NamedTuple):
     """Constants of the equations: e, c, k, and B and B′ of the modes [m]."""
 
@@ -268,7 +258,7 @@ class SuspendedCase(AxleNumbers, System):
         """
         e, c, k, B, B_prime = self
         q, fast_q = row_of(work.x, 0), row_of(work.x, 1)
-        nodes: CaseNodes = work.nodes
+        nodes = work.nodes
         rate, other_rate = row_of(work.y, 0), row_of(work.y, 1)
         theta, delta = c * (q + fast_q), fma(fast_q, B_prime - c, (B - c) * q)
         rates = _angles(self, omega[0] * rate, omega[1] * other_rate)
@@ -292,7 +282,7 @@ class SuspendedCase(AxleNumbers, System):
 
     def exits(self, mode: Mode, omega: Omega, work: Work) -> Exits:
         """Return whether the case turns over or its axle lifts off."""
-        nodes: CaseNodes = work.nodes
+        nodes = work.nodes
         margin = OVER - larger(row_of(nodes.theta), row_of(nodes.delta))
         edge, slack = first_below(margin, work), first_below(row_of(nodes.contact), work)
         return Exits(edge, slack, edge > 1.0, OVER)
@@ -671,14 +661,6 @@ GIMBALS_NODES = 'sway', 'lift', 'roll_rate'
 """Rows of the nodes: ÿ, g + z̈ and ρ̇."""
 
 
-class GimbalsNodes(Protocol):
-    """Types of the rows GIMBALS_NODES. `roll_rate` is filled if the pivots rub."""
-
-    sway: FloatArray
-    lift: FloatArray
-    roll_rate: FloatArray
-
-
 class GimbalsLaw(NamedTuple):
     """Torques on a case in gimbals, over its moment of inertia.
 
@@ -737,7 +719,7 @@ class GimbalsCase(_GimbalsNumbers, System):
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill d2. d1 stays zero."""
-        nodes: GimbalsNodes = work.nodes
+        nodes = work.nodes
         phi, rate = row_of(work.x), omega[0] * row_of(work.y)
         sliding = rate - row_of(nodes.roll_rate)
         sway, lift = row_of(nodes.sway), row_of(nodes.lift)

@@ -65,6 +65,9 @@ class HeatTerms(NamedTuple):
 HOT, HOT_NUMBERS = SIZE, 7
 """First column and number of `HeatTerms`. A piece has columns beyond `SIZE` only if heat acts."""
 
+HOT_NODES = ('hot',) * HOT_NUMBERS
+"""Rows of the nodes: `HeatTerms`, if heat acts."""
+
 
 class HeatPieces(NamedTuple):
     """The machine's thermal parameters over log intervals, and the place of each piece in them.
@@ -288,16 +291,6 @@ def column_at(which: int, terms: int, x: Lanes, work: Work) -> Lanes:
 
 
 @inlined
-def columns(column: int, terms: int, x: Lanes, work: Work) -> tuple[Lanes, Lanes]:
-    """Return a column and the next one at lanes of x."""
-    a, b, size = filled(x, 0.0), filled(x, 0.0), width(work.piece)
-    for j in range(terms - 1, -1, -1):
-        place = j * size + column
-        a, b = fma(a, x, work.piece[place]), fma(b, x, work.piece[place + 1])
-    return a, b
-
-
-@inlined
 def difference(column: int, second: int, terms: int, x: Lanes, work: Work) -> Lanes:
     """Return one column of the piece minus another at lanes of x."""
     value, size = filled(x, 0.0), width(work.piece)
@@ -310,36 +303,30 @@ def difference(column: int, second: int, terms: int, x: Lanes, work: Work) -> La
 @inlined
 def fill_hot(x: Lanes, work: Work) -> None:
     """Fill the rows of the thermal parameters at lanes of x."""
-    nodes = work.nodes
-    store(nodes.carried, 0, column_at(HOT, HEAT_POWERS, x, work))
-    store(nodes.force, 0, column_at(HOT + 1, HEAT_POWERS, x, work))
-    store(nodes.stiffness, 0, column_at(HOT + 2, HEAT_POWERS, x, work))
-    store(nodes.weight, 0, column_at(HOT + 3, HEAT_POWERS, x, work))
-    store(nodes.viscous, 0, column_at(HOT + 4, HEAT_POWERS, x, work))
-    store(nodes.share, 0, column_at(HOT + 5, HEAT_POWERS, x, work))
-    store(nodes.growth, 0, column_at(HOT + 6, HEAT_POWERS, x, work))
+    for i in range(HOT_NUMBERS):
+        store(work.nodes.hot, i, column_at(HOT + i, HEAT_POWERS, x, work))
 
 
 @inlined
-def keep(row: FloatArray, times: Lanes, initial: bool, value: Lanes) -> None:
-    """Store values at all nodes if `initial`, otherwise at nodes with times ≥ 0."""
+def keep(rows: FloatArray, times: Lanes, initial: bool, value: Lanes, row: int = 0) -> None:
+    """Store values in a row at all nodes if `initial`, otherwise at nodes with times ≥ 0."""
     if not initial:
-        value = chosen(times, row_of(row), value)
-    store(row, 0, value)
+        value = chosen(times, row_of(rows, row), value)
+    store(rows, row, value)
 
 
 @inlined
 def thermal_at_nodes(work: Work) -> HeatTerms:
     """Return the thermal parameters at the nodes of a step, after `fill_hot`."""
-    rows = work.nodes
+    rows = work.nodes.hot
     return HeatTerms(
-        row_of(rows.carried),
-        row_of(rows.force),
-        row_of(rows.stiffness),
-        row_of(rows.weight),
-        row_of(rows.viscous),
-        row_of(rows.share),
-        row_of(rows.growth),
+        row_of(rows, 0),
+        row_of(rows, 1),
+        row_of(rows, 2),
+        row_of(rows, 3),
+        row_of(rows, 4),
+        row_of(rows, 5),
+        row_of(rows, 6),
     )
 
 

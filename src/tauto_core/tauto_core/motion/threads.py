@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from tauto_core.kernels import compiled, inlined
 from tauto_core.machines.parts import DragLaw
@@ -53,7 +53,6 @@ from tauto_core.motion.system import (
     thermal_at_nodes,
 )
 from tauto_core.motion.wells import law_torque, term
-from tauto_core.samples import FloatArray
 
 if TYPE_CHECKING:
     from tauto_core.motion.free_step import FreeHalfSwing
@@ -257,16 +256,6 @@ THREAD_NODES = 'vertical', 'gravity', 'transverse', 'alpha_rate'
 
 SPRING_NODES = ('tilt',)
 """Row of the nodes: τ = β − α, if a spring of the case draws the weight."""
-
-
-class ThreadNodes(Protocol):
-    """Types of the rows THREAD_NODES, and of SPRING_NODES if there is a spring."""
-
-    vertical: FloatArray
-    gravity: FloatArray
-    transverse: FloatArray
-    alpha_rate: FloatArray
-    tilt: FloatArray
 
 
 class _ThreadNumbers(NamedTuple):
@@ -563,7 +552,7 @@ def _at_stages(
     """Return ψ̈, δ̈, the tension over m and the free thread at the stages."""
     (psi, delta), rates = _stages(system, omega, work)
     system = thread_at_nodes(system, work)
-    nodes: ThreadNodes = work.nodes
+    nodes = work.nodes
     lean = delta - row_of(nodes.vertical)
     sine, versine = sine_versine(lean)
     alpha_rate, gravity = row_of(nodes.alpha_rate), row_of(nodes.gravity)

@@ -214,7 +214,7 @@ def _functions(u: FloatArray, limit: float, k: float, rate: float) -> tuple[Floa
 # The functions of the arc s in compiled code: polynomials in u up to the limit, definitions
 # beyond.
 
-SHORTENING, SHORTENING_SLOPE, LEVER, ANGLE = 0, 1, 2, 3
+ROWS = SHORTENING, SHORTENING_SLOPE, LEVER, ANGLE = 0, 1, 2, 3
 """Rows of `ArcShape.terms`."""
 
 
@@ -281,34 +281,26 @@ def on_arc(shape: ArcShape, s: Lanes) -> CamOnArc:
         return _on_arc_exactly(shape, s)
     terms, square = shape.terms, u * u
     degree = terms.shape[1] - 1
-    n, n_odd = _pair(terms, SHORTENING, degree, s)
-    n_slope, n_slope_odd = _pair(terms, SHORTENING_SLOPE, degree, s)
-    lever, lever_odd = _pair(terms, LEVER, degree, s)
-    angle, angle_odd = _pair(terms, ANGLE, degree, s)
+    even: tuple[Lanes, ...] = ()
+    odd: tuple[Lanes, ...] = ()
+    for row in ROWS:
+        even = (*even, filled(s, terms[row, degree - 1]))
+        odd = (*odd, filled(s, terms[row, degree]))
     # eight independent chains of multiplications: four polynomials, even and odd powers apart
     for j in range(degree - 3, -1, -2):
-        n, n_odd = _next(terms, SHORTENING, j, square, n, n_odd)
-        n_slope, n_slope_odd = _next(terms, SHORTENING_SLOPE, j, square, n_slope, n_slope_odd)
-        lever, lever_odd = _next(terms, LEVER, j, square, lever, lever_odd)
-        angle, angle_odd = _next(terms, ANGLE, j, square, angle, angle_odd)
-    lever = fma(lever_odd, u, lever)
+        next_even: tuple[Lanes, ...] = ()
+        next_odd: tuple[Lanes, ...] = ()
+        for row in ROWS:
+            next_even = (*next_even, fma(even[row], square, terms[row, j]))
+            next_odd = (*next_odd, fma(odd[row], square, terms[row, j + 1]))
+        even, odd = next_even, next_odd
+    n, n_slope, lever, angle = even
     return CamOnArc(
-        fma(n_odd, u, n), fma(n_slope_odd, u, n_slope), -(u * lever), s * fma(angle_odd, u, angle)
+        fma(odd[0], u, n),
+        fma(odd[1], u, n_slope),
+        -(u * fma(odd[2], u, lever)),
+        s * fma(odd[3], u, angle),
     )
-
-
-@inlined
-def _pair(terms: FloatArray, row: int, degree: int, like: Lanes) -> tuple[Lanes, Lanes]:
-    """Return the last even and the last odd coefficient as lanes."""
-    return filled(like, terms[row, degree - 1]), filled(like, terms[row, degree])
-
-
-@inlined
-def _next(
-    terms: FloatArray, row: int, j: int, square: Lanes, even: Lanes, odd: Lanes
-) -> tuple[Lanes, Lanes]:
-    """Return both after the next coefficients, by Horner's scheme in u²."""
-    return fma(even, square, terms[row, j]), fma(odd, square, terms[row, j + 1])
 
 
 # -----------------------------------------------------------------------------

@@ -37,7 +37,9 @@ from tauto_core.motion.stepping import (
 )
 from tauto_core.motion.system import (
     APPARENT_GRAVITY,
+    DRIVE_BEND,
     DRIVE_RATE,
+    HOT_NODES,
     LEAN,
     NOWHERE,
     TILT_RATE,
@@ -51,7 +53,6 @@ from tauto_core.motion.system import (
     SteppedRun,
     StepPlace,
     column_at,
-    columns,
     fill_hot,
     first_below,
     mode_of,
@@ -92,7 +93,7 @@ from tauto_core.scene.errors import CamRangeError
 WHEEL_NODES = 'line_rate', 'line_bend', 'tilt_rate', 'gravity', 'lean'
 """Rows of the nodes: γ̇, γ̈, τ̇, g_eff and β − γ."""
 
-THERMAL_NODES = *WHEEL_NODES, *HeatTerms._fields
+THERMAL_NODES = *WHEEL_NODES, *HOT_NODES
 """Rows of the nodes if temperature changes the wheel."""
 
 
@@ -269,9 +270,8 @@ class Wheel(NamedTuple):
         """Fill the rows of the channels that act, τ̇ for drag only."""
         x, terms, nodes = nodes_of(place, work), place.terms, work.nodes
         if self.channels.line is not None:
-            rate, bend = columns(DRIVE_RATE, terms, x, work)
-            store(nodes.line_rate, 0, rate)
-            store(nodes.line_bend, 0, bend)
+            store(nodes.line_rate, 0, column_at(DRIVE_RATE, terms, x, work))
+            store(nodes.line_bend, 0, column_at(DRIVE_BEND, terms, x, work))
         if self.feels_drag and self.channels.tilt is not None:
             store(nodes.tilt_rate, 0, column_at(TILT_RATE, terms, x, work))
         if self.channels.gravity is not None:
@@ -574,37 +574,6 @@ def holding_torque(wheel: Wheel, mode: Mode, angle: float, at: Inputs) -> float:
     pulled = carried + pull_of(per_inertia, lift, at.gravity) * t
     pulled = pulled + unbalanced(per_inertia, angle - tilt.value - at.lean, at.gravity)
     return at.drive.bend - tilt.bend + pulled + term(per_inertia.recoil, mode.pallet)
-
-
-class WithWheel:
-    """Base of systems that have a wheel, as `System`."""
-
-    wheel: Wheel
-
-    @property
-    def impulse(self) -> float:
-        """Angle of the impulse [rad]."""
-        return self.wheel.impulse
-
-    @property
-    def pace(self) -> float:
-        """Frequency of the wheel's swing with a taut thread [rad/s]."""
-        return self.wheel.pace
-
-    @property
-    def feels_impulse(self) -> bool:
-        """Whether an escapement pushes the wheel."""
-        return self.wheel.feels_impulse
-
-    @property
-    def recoils(self) -> bool:
-        """Whether a resting tooth pushes the wheel back."""
-        return self.wheel.recoils
-
-    @property
-    def drag_has_kink(self) -> bool:
-        """Whether the drag has a kink at the turning points."""
-        return self.wheel.drag_has_kink
 
 
 # -----------------------------------------------------------------------------
