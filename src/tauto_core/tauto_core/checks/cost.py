@@ -361,7 +361,7 @@ def _run(scene: Scene, limit: Limit, most_s: float = math.inf) -> _Ran:
             interval_s = scene.log_interval_ns / NS_PER_S
             logs = math.ceil(min(ended.time_s, scene.duration) / interval_s) - 1
             if logs < 1:
-                return _Ran(np.empty((0, 2)), 0, False)
+                return _Ran(np.empty((0, 2)), False)
             scene = scene.model_copy(update={'duration': logs * interval_s})
 
 

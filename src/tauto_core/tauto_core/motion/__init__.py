@@ -6,12 +6,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Protocol, cast
+from importlib import import_module
+from typing import TYPE_CHECKING, Protocol
 
-from tauto_core.machines import AnyMachine, LeverMachine, Machine, OtherRegulator, SlackThreadError
-from tauto_core.motion.forcing import Forcing, Motion
+from tauto_core.machines import AnyMachine, LeverMachine, Machine, OtherRegulator
+from tauto_core.motion.forcing import Forcing, Motion, swings_freely
 from tauto_core.samples import State
-from tauto_core.scene.errors import CamRangeError
 
 if TYPE_CHECKING:
     from tauto_core.motion.collocation import Collocation
@@ -55,39 +55,27 @@ def propagator_name(machine: AnyMachine | OtherRegulator, *, still: bool) -> str
     """Return the name of the cheapest propagator that is exact for the machine."""
     if isinstance(machine, OtherRegulator):
         return machine.propagator
-    undriven = machine.drag is None and machine.escapement is None
-    if not isinstance(machine, Machine):
-        well = isinstance(machine, LeverMachine) and _swings_freely(machine)
-        free = still and undriven and well and not machine.heat.acts
-        return 'action_angle' if free else 'collocation'
-    steady = not machine.heat.acts
-    if steady and still and machine.is_harmonic and undriven:
-        return 'harmonic'
-    if steady and _stays_linear(machine) and (still or not machine.pulling_mass):
-        return 'forced_harmonic'
-    even = machine.imbalance is None and machine.has_small_swings
-    if not (steady and still and undriven and even):
-        return 'collocation'
-    return 'action_angle' if _swings_freely(machine) else 'collocation'
+    lasts = machine.drag is None and machine.escapement is None and not machine.heat.acts
+    if isinstance(machine, Machine):
+        if still and lasts and machine.is_harmonic:
+            return 'harmonic'
+        if _stays_linear(machine) and (still or not machine.pulling_mass):
+            return 'forced_harmonic'
+        is_even = machine.imbalance is None and machine.has_small_swings
+    else:
+        is_even = isinstance(machine, LeverMachine)
+    closed = still and lasts and is_even and swings_freely(machine)
+    return 'action_angle' if closed else 'collocation'
 
 
 def _stays_linear(machine: Machine) -> bool:
     """Return whether the wheel on land is a linear oscillator below critical damping."""
-    if not machine.is_linear or machine.escapement is not None:
-        return False
     drag = machine.drag
+    if machine.heat.acts or not machine.is_linear or machine.escapement is not None:
+        return False
     if drag is None:
         return True
-    underdamped = drag.viscous < 2.0 * machine.inertia * machine.frequency
-    return underdamped and drag.is_linear
-
-
-def _swings_freely(machine: Machine | LeverMachine) -> bool:
-    """Return whether a release leads to a swing within range, with a taut thread."""
-    try:
-        return machine.release_angle != 0.0 and machine.period(machine.release_angle) > 0.0
-    except (CamRangeError, SlackThreadError):
-        return False
+    return drag.is_linear and drag.viscous < 2.0 * machine.inertia * machine.frequency
 
 
 ROUGH_SHARE, LEAST_ROUGH = 3e-4, 3e-13
@@ -143,40 +131,24 @@ def make_propagator(
         sweeps: sweeps over the stages of an event-to-event step (`free_end`): 0 for no such
             steps, `None` for the number that the tolerance needs (`sweeps_for`).
     """
-    if isinstance(machine, OtherRegulator):
-        return _in_place_of_wheel(machine)
-    match propagator_name(machine, still=still), machine:
-        case 'harmonic', Machine():
-            from tauto_core.motion.closed_forms import Harmonic
-
-            return Harmonic(machine)
-        case 'forced_harmonic', Machine():
-            from tauto_core.motion.forced_harmonic import ForcedHarmonic
-
-            return ForcedHarmonic(machine)
-        case 'action_angle', Machine():
-            from tauto_core.motion.closed_forms import ActionAngle
-
-            return ActionAngle(machine)
-        case 'action_angle', LeverMachine():
-            from tauto_core.motion.closed_forms import UnevenWell
-
-            return UnevenWell(machine)
-        case _:
-            return make_collocation(machine, tolerance, sweeps)
+    name = propagator_name(machine, still=still)
+    if not isinstance(machine, OtherRegulator) and name == 'collocation':
+        return make_collocation(machine, tolerance, sweeps)
+    # imported at their first use: some import kernels
+    module, made = EXACT['uneven' if isinstance(machine, LeverMachine) else name]
+    exact: Propagator = getattr(import_module(f'tauto_core.motion.{module}'), made)(machine)
+    return exact
 
 
-def _in_place_of_wheel(machine: OtherRegulator) -> Propagator:
-    """Return the propagator for a regulator without a wheel."""
-    from tauto_core.machines import AxleClock, FluidPendulum
-
-    if isinstance(machine, AxleClock):
-        from tauto_core.motion.axle import AxleSwings
-
-        return AxleSwings(machine)
-    from tauto_core.motion.fluid import HalfSwings
-
-    return HalfSwings(cast(FluidPendulum, machine))
+EXACT = {
+    'harmonic': ('closed_forms', 'Harmonic'),
+    'action_angle': ('closed_forms', 'ActionAngle'),
+    'uneven': ('closed_forms', 'UnevenWell'),
+    'forced_harmonic': ('forced_harmonic', 'ForcedHarmonic'),
+    'axle': ('axle', 'AxleSwings'),
+    'half_swings': ('fluid', 'HalfSwings'),
+}
+"""Module and class of the propagators that take no steps of a given accuracy, by name."""
 
 
 def steps_in(propagator: Propagator | None) -> Callable[[float], int]:

@@ -31,7 +31,6 @@ from tauto_core.motion.forcing import (
     half_turns,
     phase_rate,
     polar_rate,
-    two_floats,
     within_turn,
 )
 from tauto_core.samples import FloatArray, IntArray, State
@@ -85,10 +84,15 @@ def frequency(machine: Machine) -> Decimal:
 
 
 def half_turns_per_ns(angle: Decimal, per: Decimal) -> tuple[float, float]:
-    """Return angle/per, half turns per second, per nanosecond as the sum of two floats."""
+    """Return angle/per, half turns per second, per nanosecond as the sum of two floats.
+
+    The sum is good to about 32 digits.
+    """
     with localcontext() as context:
         context.prec = PHASE_DIGITS
-        return two_floats(angle / per / 10**9)
+        exact = angle / per / 10**9
+        high = float(exact)
+        return high, float(exact - Decimal(high))
 
 
 class Harmonic(ClosedForm):

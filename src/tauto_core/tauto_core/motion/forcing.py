@@ -10,18 +10,26 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from decimal import Decimal, localcontext
-from typing import NamedTuple
+from decimal import Decimal
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from tauto_core.machines import Machine
+from tauto_core.machines import AnyMachine, Machine, SlackThreadError
 from tauto_core.samples import FloatArray, IntArray
-from tauto_core.scene.errors import PropagationError
+from tauto_core.scene.errors import CamRangeError, PropagationError
 
 LEAST_UPWARD = 1.0
 """Least upward specific force in the case with which a thread follows its direction [m/s²]."""
+
+
+def swings_freely(machine: AnyMachine) -> bool:
+    """Return whether a release leads to a swing within range, with a taut thread."""
+    try:
+        return machine.release_angle != 0.0 and machine.period(machine.release_angle) > 0.0
+    except (CamRangeError, SlackThreadError):
+        return False
 
 
 # -----------------------------------------------------------------------------
@@ -63,15 +71,6 @@ def lifted_off(time_s: float) -> PropagationError:
         'the axle of the suspension lifted off its bearing (the contact force fell to 0 N). Keep '
         "its period away from the sea's, hang the case nearer to the roll axis (ship.height), or "
         'choose a calmer sea',
-        time_s,
-    )
-
-
-def turned_over(time_s: float) -> PropagationError:
-    """Return the error of a suspended case that turns over."""
-    return PropagationError(
-        'the suspended case turned over (more than 3 rad from the contact or from the vertical). '
-        "Keep its period away from the sea's, or hang it nearer to the roll axis (ship.height)",
         time_s,
     )
 
@@ -182,7 +181,9 @@ class Forcing:
         """Return the spans from `start` up to `stop`, exclusive, without copying them."""
         wanted, heat = slice(start, stop), self.temperatures
         rows = {name: getattr(self, name) for name in SPANNED}
-        parts = {name: None if row is None else row[wanted] for name, row in rows.items()}
+        parts: dict[str, Any] = {
+            name: None if row is None else row[wanted] for name, row in rows.items()
+        }
         if heat is not None:
             first = int(heat.interval[start]) if start < len(heat.interval) else 0
             heat = Temperatures(
@@ -250,14 +251,6 @@ BELOW_ONE = 1.0 - 2.0**-53
 """The largest fraction of a half turn."""
 
 _SPLIT = 134217729.0  # 2^27 + 1, Dekker's splitter
-
-
-def two_floats(exact: Decimal) -> tuple[float, float]:
-    """Return a number as the sum of two floats, good to about 32 digits."""
-    with localcontext() as context:
-        context.prec = PHASE_DIGITS
-        high = float(exact)
-        return high, float(exact - Decimal(high))
 
 
 def half_turns(time_ns: IntArray, per_ns: tuple[float, float]) -> tuple[IntArray, FloatArray]:

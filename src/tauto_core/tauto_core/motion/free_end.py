@@ -21,9 +21,9 @@ from numpy.typing import NDArray
 
 from tauto_core.curves.cam import ArcLever
 from tauto_core.kernels import entry, inlined
-from tauto_core.machines import Machine, SlackThreadError
+from tauto_core.machines import Machine
 from tauto_core.motion.collocation import Collocation
-from tauto_core.motion.forcing import SPANNED, Forcing, Motion, Temperatures
+from tauto_core.motion.forcing import SPANNED, Forcing, Motion, Temperatures, swings_freely
 from tauto_core.motion.free_step import (
     DUE,
     HOLDS,
@@ -103,7 +103,6 @@ from tauto_core.motion.wheel import (
     stages_of,
 )
 from tauto_core.samples import FloatArray, State
-from tauto_core.scene.errors import CamRangeError
 
 LEAST_FREE_SETTLED, LEAST_FREE_ERROR = 1e-11, 1e-13
 """Least iteration error and least error of a step, above rounding."""
@@ -126,30 +125,41 @@ def arm_is_bent(machine: Machine) -> bool:
     return smooth and lasting_shape(machine) is None
 
 
-def free_end_of(machine: Machine, sweeps: int) -> FreeEnd:
-    """Return the settings of event-to-event steps for a number of sweeps ≥ 1."""
-    floor, phase = LEAST_FREE_ERROR, NEAR if sweeps <= MOST_IN_ONE else NEARER
-    if machine.cam.kinked:
-        floor, phase = (LEAST_KINKED_ERROR, NEAR_KINKED if sweeps <= MOST_IN_ONE else NEARER)
-    elif arm_is_bent(machine):
-        floor, phase = (LEAST_BENT_ERROR, NEAR_BENT if sweeps <= MOST_IN_ONE else NEARER)
+def free_end(sweeps: int, floor: float, near: float, usual_s: float) -> FreeEnd:
+    """Return the settings of event-to-event steps for a number of sweeps ≥ 1.
+
+    Args:
+        sweeps: as in `FreeEnd`.
+        floor: least error of a step.
+        near: `FreeEnd.near_phase` up to `MOST_IN_ONE` sweeps [rad].
+        usual_s: half a swing on land [s].
+    """
     settled = max(LEAST_FREE_SETTLED, 10.0 ** -(2 * sweeps + 1))
-    error, close = max(floor, 1e-6 * settled), 10.0 ** -(1.0 + 0.5 * sweeps)
+    phase, close = near if sweeps <= MOST_IN_ONE else NEARER, 10.0 ** -(1.0 + 0.5 * sweeps)
+    error = max(floor, 1e-6 * settled)
+    return FreeEnd(sweeps, settled, error, phase, close, usual_s, 1.0, 0.0, 0.0, 0.0)
+
+
+def free_end_of(machine: Machine, sweeps: int) -> FreeEnd:
+    """Return the settings of a wheel for a number of sweeps ≥ 1."""
     omega = reference_frequency(machine)
     usual_s = math.pi / omega
-    swing, slower, slower_yet, spent = 1.0, 0.0, 0.0, 0.0
-    if machine.cam.kinked:
-        swing = _greatest(machine, omega, 1.0)
-        changes = [_greatest(machine, omega, share) / swing - 1.0 for share in NEIGHBOURS]
-        periods = [machine.period(machine.release_angle * share) for share in (*NEIGHBOURS, 1.0)]
-        slopes = [
-            (period / periods[-1] - 1.0) / change
-            for period, change in zip(periods, changes, strict=False)
-        ]
-        slower_yet = (slopes[1] - slopes[0]) / (changes[1] - changes[0])
-        slower = slopes[1] - slower_yet * changes[1]
-        spent = 0.25 * usual_s * machine.drag.viscous / machine.inertia if machine.drag else 0.0
-    return FreeEnd(sweeps, settled, error, phase, close, usual_s, swing, slower, slower_yet, spent)
+    if not machine.cam.kinked:
+        bent = arm_is_bent(machine)
+        floor, near = (LEAST_BENT_ERROR, NEAR_BENT) if bent else (LEAST_FREE_ERROR, NEAR)
+        return free_end(sweeps, floor, near, usual_s)
+    swing = _greatest(machine, omega, 1.0)
+    changes = [_greatest(machine, omega, share) / swing - 1.0 for share in NEIGHBOURS]
+    periods = [machine.period(machine.release_angle * share) for share in (*NEIGHBOURS, 1.0)]
+    slopes = [
+        (period / periods[-1] - 1.0) / change
+        for period, change in zip(periods, changes, strict=False)
+    ]
+    slower_yet = (slopes[1] - slopes[0]) / (changes[1] - changes[0])
+    slower = slopes[1] - slower_yet * changes[1]
+    spent = 0.25 * usual_s * machine.drag.viscous / machine.inertia if machine.drag else 0.0
+    settings = free_end(sweeps, LEAST_KINKED_ERROR, NEAR_KINKED, usual_s)
+    return settings._replace(swing=swing, slower=slower, slower_yet=slower_yet, spent=spent)
 
 
 NEIGHBOURS = 0.8, 0.9
@@ -185,22 +195,14 @@ def takes_free_ends(machine: Machine) -> bool:
     drag, cam, shape = machine.drag, machine.cam, lasting_shape(machine)
     if machine.escapement is None or cam.joints.size or not (drag is None or drag.is_linear):
         return False
-    if cam.kinked and not _swings_on_cheek(machine):
+    # over the kink of a cheek, alike on both sides
+    on_cheek = isinstance(cam.lever, ArcLever) and machine.imbalance is None
+    if cam.kinked and not (on_cheek and swings_freely(machine)):
         return False
     if shape is not None or machine.is_linear:
         return stages_of(machine, shape) == WIDE_SIZE
     most_error = MOST_ON_LAND_KINKED if cam.kinked else MOST_ON_LAND
     return _on_land(machine, shape, reference_frequency(machine)).error <= most_error
-
-
-def _swings_on_cheek(machine: Machine) -> bool:
-    """Return whether a release on land swings over the kink of a cheek, alike on both sides."""
-    if not isinstance(machine.cam.lever, ArcLever) or machine.imbalance is not None:
-        return False
-    try:
-        return machine.release_angle != 0.0 and machine.period(machine.release_angle) > 0.0
-    except (CamRangeError, SlackThreadError):
-        return False
 
 
 class OnLand(NamedTuple):

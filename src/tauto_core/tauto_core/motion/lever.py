@@ -152,10 +152,23 @@ def arc_series(
         allowed: error relative to the largest coefficient. Below rounding it has no effect.
         per_release: reach of `near_rest` over the release angle, plus 0.1 rad.
 
-    Raises a PropagationError if the inertia changes too abruptly for `MOST_SHAPE_TERMS`.
+    Raises a PropagationError if the inertia changes too abruptly for `MOST_SHAPE_TERMS` or
+    `MOST_TERMS_OF_ARC`.
     """
     low, high = machine.edges
-    arc = _arc_of_tau(machine, low, high)
+    root = math.sqrt(machine.inertia)
+    arc_slope = _complete(
+        lambda tau: machine.arc_slope(tau)[None] / root, low, high, MOST_TERMS_OF_ARC
+    )
+    if arc_slope is None:
+        raise PropagationError(
+            f'the arc of the lever takes more than {MOST_TERMS_OF_ARC} Chebyshev coefficients. '
+            'Use a heavier wheel or a lighter weight',
+            0.0,
+        )
+    # s(τ), 0 at rest, τ the parameter of the geometry
+    arc = chebyshev.Chebyshev(arc_slope[0], domain=[low, high]).integ()
+    arc = arc - float(arc(0.0))
 
     def within(per_release: float) -> Series | None:
         # 0.1 rad serves a wheel that is released at rest and moved by the ship only
@@ -203,22 +216,6 @@ def _in_powers(series: Series) -> Series | Powers:
         if grown > MOST_GROWN:
             return series
     return Powers(series.middle, series.half_width, series.per_half, _in_rows(terms))
-
-
-def _arc_of_tau(machine: LeverMachine, low: float, high: float) -> chebyshev.Chebyshev:
-    """Return s(τ), 0 at rest, as a series in τ, the parameter of the geometry."""
-    root = math.sqrt(machine.inertia)
-    slope = _complete(
-        lambda tau: machine.arc_slope(tau)[None] / root, low, high, MOST_TERMS_OF_ARC
-    )
-    if slope is None:
-        raise PropagationError(
-            f'the arc of the lever takes more than {MOST_TERMS_OF_ARC} Chebyshev coefficients. '
-            'Use a heavier wheel or a lighter weight',
-            0.0,
-        )
-    arc = chebyshev.Chebyshev(slope[0], domain=[low, high]).integ()
-    return arc - float(arc(0.0))
 
 
 def _series(

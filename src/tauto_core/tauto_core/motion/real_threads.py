@@ -22,13 +22,10 @@ from tauto_core.motion import lever, stepping, threads
 from tauto_core.motion.forcing import Forcing, Motion, polar, polar_rate, thread_slack
 from tauto_core.motion.free_end import (
     FREE,
-    LEAST_FREE_SETTLED,
-    MOST_IN_ONE,
-    NEARER,
     TO_END,
     FreeEnds,
+    free_end,
 )
-from tauto_core.motion.free_step import FreeEnd
 from tauto_core.motion.gauss_step import Mode, Omega, Work, sine_versine
 from tauto_core.motion.lanes import (
     SIZE,
@@ -79,8 +76,9 @@ from tauto_core.motion.threads import (
     transverse,
 )
 from tauto_core.motion.wells import REACH_PER_RELEASE, whole_turns_off
+from tauto_core.motion.wheel import reference_frequency
 from tauto_core.samples import FloatArray
-from tauto_core.scene.errors import CamRangeError, PropagationError
+from tauto_core.scene.errors import PropagationError
 
 LONGEST_PHASE = {SIZE: 2.0, WIDE_SIZE: 3.05}
 """Longest step by its number of stages, as the phase ωh of the fastest plane [rad]."""
@@ -111,10 +109,7 @@ def _on_wheel(machine: LeverMachine | HangingMachine, pace: float) -> OnWheel:
 
 def _lever(machine: LeverMachine, settled: float, per_release: float) -> Model:
     """Return the lever in a plane that turns as the free swing from the release angle does."""
-    try:
-        omega = math.tau / machine.period(machine.release_angle)
-    except CamRangeError:
-        omega = machine.frequency
+    omega = reference_frequency(machine)
     root_j = math.sqrt(machine.turned_inertia / machine.inertia)
     side = machine.geometry.side
     kappa = side * machine.moment / (machine.inertia * root_j)
@@ -358,14 +353,6 @@ def thread_takes_free_ends(machine: LeverMachine | HangingMachine) -> bool:
     return machine.escapement is not None and linear and apt
 
 
-def thread_end_of(pace: float, sweeps: int) -> FreeEnd:
-    """Return the step settings of a lever or a swinging thread with this pace [rad/s]."""
-    settled = max(LEAST_FREE_SETTLED, 10.0 ** -(2 * sweeps + 1))
-    error, close = max(LEAST_ERROR_OF_THREAD, 1e-6 * settled), 10.0 ** -(1.0 + 0.5 * sweeps)
-    phase = NEAR_ON_THREAD if sweeps <= MOST_IN_ONE else NEARER
-    return FreeEnd(sweeps, settled, error, phase, close, math.pi / pace, 1.0, 0.0, 0.0, 0.0)
-
-
 class FreeEndThreads(FreeEnds, RealThreads):
     """Propagator of a lever or a swinging thread with event-to-event steps."""
 
@@ -373,7 +360,8 @@ class FreeEndThreads(FreeEnds, RealThreads):
         self, machine: LeverMachine | HangingMachine, tolerance: float | None, sweeps: int
     ) -> None:
         super().__init__(machine, tolerance, WIDE_SIZE, TO_END, SHAPE_SHARE, USUAL_PER_RELEASE)
-        self._free_end = thread_end_of(self._model.system.pace, sweeps)
+        half_swing_s = math.pi / self._model.system.pace
+        self._free_end = free_end(sweeps, LEAST_ERROR_OF_THREAD, NEAR_ON_THREAD, half_swing_s)
         self._free = np.zeros((), FREE)
         self._fill_constants()
 

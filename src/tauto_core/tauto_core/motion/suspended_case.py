@@ -10,13 +10,14 @@ from itertools import pairwise
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 from numpy.typing import NDArray
 
 from tauto_core.kernels import compiled, entry, inlined
 from tauto_core.machines.axle_pendulum import Modes, exact_lengths, modes
 from tauto_core.motion import stepping
 from tauto_core.motion.events import ride_held
-from tauto_core.motion.forcing import PHASE_DIGITS, lifted_off, turned_over
+from tauto_core.motion.forcing import PHASE_DIGITS, lifted_off
 from tauto_core.motion.gauss_step import Mode, Omega, Work, make_work, sine_versine
 from tauto_core.motion.lanes import (
     SIZE,
@@ -125,23 +126,8 @@ class BearingMotion:
 
     def at_ends(self) -> FloatArray:
         """Return ÿ and g + z̈ at the ends of the parts [m/s2], (2, Σ parts)."""
-        rows = np.empty((2, len(self.end)))
-        _at_ends(self.end, self.piece, self.sway, self.lift, rows)
-        return rows
-
-
-@entry
-def _at_ends(
-    end: FloatArray, piece: IntArray, sway: FloatArray, lift: FloatArray, rows: FloatArray
-) -> None:
-    """Evaluate the polynomials of sway and lift at the ends of the parts."""
-    for k in range(len(end)):
-        x, p, y, z = end[k], piece[k], 0.0, 0.0
-        for j in range(sway.shape[1] - 1, -1, -1):
-            y = y * x + sway[p, j]
-        for j in range(lift.shape[1] - 1, -1, -1):
-            z = z * x + lift[p, j]
-        rows[0, k], rows[1, k] = y, z
+        channels = self.sway[self.piece].T, self.lift[self.piece].T
+        return np.stack([polyval(self.end, channel, tensor=False) for channel in channels])
 
 
 def ends_of_parts(length_ns: IntArray | int, parts: IntArray | int, number: Any) -> Any:
@@ -238,11 +224,6 @@ class AxleNumbers(NamedTuple):
 
 class SuspendedCase(AxleNumbers, System):
     """The case as `system.System`."""
-
-    @property
-    def pace(self) -> float:
-        """One: the case has no events that are timed by its period."""
-        return 1.0
 
     def at_nodes(self, place: StepPlace, work: Work) -> None:
         """Fill ÿ and g + z̈."""
@@ -416,7 +397,12 @@ class SteppedSwing(CaseSwing):
             if code == stepping.SLACK:
                 raise lifted_off(at_s)
             if code == stepping.EDGE:
-                raise turned_over(at_s)
+                raise PropagationError(
+                    'the suspended case turned over (more than 3 rad from the contact or from '
+                    "the vertical). Keep its period away from the sea's, or hang it nearer to the "
+                    'roll axis (ship.height)',
+                    at_s,
+                )
             raise PropagationError(
                 f'no convergence to the tolerance {self._tolerance.step:g} of the suspended case. '
                 'Raise ship.rate, or give the case a larger gyration_radius',

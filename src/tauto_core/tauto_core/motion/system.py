@@ -452,7 +452,11 @@ class System(Protocol):
 
     @property
     def pace(self) -> float:
-        """Frequency of the swing [rad/s], which converts time between events into phase."""
+        """Frequency of the swing [rad/s], which converts time between events into phase.
+
+        1 for a system without events that are timed by it.
+        """
+        return 1.0
 
     @property
     def feels_impulse(self) -> bool:

@@ -10,7 +10,7 @@ import numpy as np
 
 from tauto_core.curves.cam import ArcLever, LeverArm, LinearLever
 from tauto_core.kernels import compiled, inlined
-from tauto_core.machines import Machine, SlackThreadError
+from tauto_core.machines import LeverMachine, Machine, SlackThreadError
 from tauto_core.motion.events import OVERSHOOT, is_due, phase_to, ride_held
 from tauto_core.motion.gauss_step import Mode, Omega, Planes, Work, gauss_constants
 from tauto_core.motion.lanes import (
@@ -633,7 +633,7 @@ WIDE_ERROR_OF_LAST_STRONG = 0.1
 _PHASES = 12
 
 
-def reference_frequency(machine: Machine) -> float:
+def reference_frequency(machine: Machine | LeverMachine) -> float:
     """Return the frequency of the rotating frame [rad/s]: the released swing's, if there is one.
 
     Any frequency would do. With this one the disturbance has no mean and is smallest.
