@@ -112,7 +112,7 @@ def table(fleets: dict[str, Fleet]) -> str:
     for fleet, clock, name, _ in LINES:
         shares = ' | '.join(
             f'{100 * each.share:.0f} % ({100 * each.low:.0f}–{100 * each.high:.0f})'
-            for each in shares_within(fleets[fleet].rows, clock)
+            for each in shares_within(sizes_nmi(fleets[fleet].rows, ERRORS[clock]))
         )
         quantiles = fleets[fleet].answers.quantiles_nmi[clock]
         half = '–' if quantiles is None else f'{quantiles[2]:.3g} nmi'

@@ -35,8 +35,19 @@ the estimated drift.
 """
 
 
+class _Share:
+    share: float
+    low: float
+    high: float
+
+    @property
+    def said(self) -> str:
+        """The share with its interval, as text."""
+        return f'{percent(self.share)} ({100.0 * self.low:.3g}–{percent(self.high)})'
+
+
 @dataclass(frozen=True)
-class Portion:
+class Portion(_Share):
     """Share of all ships with a longitude within a limit.
 
     A ship that failed, or lost its clock, counts as outside.
@@ -157,7 +168,9 @@ def statistics_of(rows: Sequence[dict[str, Any]], drawn: Iterable[str] = ()) -> 
         ships=len(rows),
         failures=dict(failures.most_common()),
         unchecked_days=(min(unchecked), max(unchecked)) if unchecked else None,
-        within={name: shares_within(rows, name) for name in ERRORS} if judged else None,
+        within={name: shares_within(sizes_nmi(rows, key)) for name, key in ERRORS.items()}
+        if judged
+        else None,
         quantiles_nmi={name: _quantiles(np.abs(error)) for name, error in errors.items()},
         influences=_influences(drawn, arrived, errors),
     )
@@ -182,12 +195,8 @@ def _quantiles(sizes: FloatArray) -> list[float] | None:
     return np.quantile(finite, QUANTILES).tolist() if len(finite) else None
 
 
-def shares_within(rows: Iterable[Mapping[str, Any]], clock: str) -> list[Portion]:
-    """Return the shares of all ships within each limit of the Act, by a clock of ERRORS."""
-    return _shares(sizes_nmi(rows, ERRORS[clock]))
-
-
-def _shares(sizes: FloatArray) -> list[Portion]:
+def shares_within(sizes: FloatArray) -> list[Portion]:
+    """Return the shares of all ships within each limit of the Act, from `sizes_nmi`."""
     counts = [(limit, int(np.count_nonzero(sizes <= limit))) for limit, _ in AWARDS]
     total = len(sizes)
     return [Portion(limit, count, count / total, *wilson(count, total)) for limit, count in counts]
@@ -234,7 +243,7 @@ the rate in harbour, and corrected by thermometer and IMU as well.
 
 
 @dataclass(frozen=True)
-class Prize:
+class Prize(_Share):
     """Share of the passages of six weeks and more with a longitude within a limit.
 
     A clock that failed counts as outside.
@@ -253,11 +262,6 @@ class Prize:
     share: float
     low: float
     high: float
-
-    @property
-    def said(self) -> str:
-        """The share with its interval, as text."""
-        return f'{percent(self.share)} ({100.0 * self.low:.3g}–{percent(self.high)})'
 
 
 @dataclass(frozen=True)
@@ -426,7 +430,7 @@ def _way(
             groups.setdefault(of(passages[row['passage']]), []).append(row)
         return [_part(name, sizes_nmi(groups[name], column)) for name in sorted(groups)]
 
-    shares = zip(_shares(sizes_nmi(sample, column)) if sample else [], AWARDS, strict=False)
+    shares = zip(shares_within(sizes_nmi(sample, column)) if sample else [], AWARDS, strict=False)
     return WayAnswers(
         prizes=[
             Prize(share.limit_nmi, pounds, share.ships, share.share, share.low, share.high)

@@ -284,13 +284,23 @@ def account(
                 f'{scene.name}: a body in a fluid or on an axle has no drag, escapement or heat '
                 'to be told apart. Use a scene with a trochlea'
             )
-        swing = _steady(scene.name, machine)
+        # none on land if the thread swings, too
+        swing = None if isinstance(machine, HangingMachine) else steady_swing(machine)
+        if isinstance(swing, NoSteadySwing):
+            raise UsageError(
+                f'{scene.name}: has no rate to account for: {swing.why}. Give it a drag and an '
+                'escapement that keep its swing, or neither'
+            )
     nominal_s = nominal_period_s(scene, built)
     heat = cast(AnyMachine, built).heat
     plan = _plan(scene, machine, swing)
     cases = {'': plan, **_causes(plan, machine, heat, motion.moves)}
     causes = list(cases)[1:]
-    cases |= _besides(plan, thread_swings=swing is None)
+    if swing is None:
+        still = {'ship': StillShip(), 'gravity': scene.g, 'suspension': None}
+        cases[_ON_LAND] = _with(plan, **still, air=_steady_air(scene))
+    if scene.suspension is not None:
+        cases[_FIXED] = _with(plan, suspension=None)
     thinned = replace(plan, begins_ns=plan.begins_ns[::THINNED])
     rough = [
         (item.key, item.unit, item.values, [_with(thinned, ship=ship) for ship in item.ships])
@@ -387,17 +397,6 @@ def _causes(
     return jobs
 
 
-def _besides(plan: Job, *, thread_swings: bool) -> dict[str, Job]:
-    scene, jobs, hung = plan.scene, dict[str, Job](), plan.scene.suspension
-    if thread_swings:
-        jobs[_ON_LAND] = _with(
-            plan, ship=StillShip(), gravity=scene.g, air=_steady_air(scene), suspension=None
-        )
-    if hung is not None:
-        jobs[_FIXED] = _with(plan, suspension=None)
-    return jobs
-
-
 _NumberedJob: TypeAlias = tuple[int, str, Job]
 
 
@@ -436,19 +435,6 @@ def _sigma(rates: FloatArray) -> float | None:
     if len(rates) < 2:
         return None
     return float(np.sqrt(0.5 * np.mean(np.diff(rates) ** 2) / len(rates)))
-
-
-def _steady(name: str, machine: AnyMachine) -> SteadySwing | None:
-    """Return the steady swing on land, `None` if the thread swings, too."""
-    if isinstance(machine, HangingMachine):
-        return None
-    swing = steady_swing(machine)
-    if isinstance(swing, NoSteadySwing):
-        raise UsageError(
-            f'{name}: has no rate to account for: {swing.why}. Give it a drag and an escapement '
-            'that keep its swing, or neither'
-        )
-    return swing
 
 
 def _plan(scene: Scene, machine: AnyMachine, swing: SteadySwing | None) -> Job:
