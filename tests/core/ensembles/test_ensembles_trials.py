@@ -47,7 +47,8 @@ def lasting(rows):
 
 @pytest.fixture(scope='module')
 def trial(tmp_path_factory):
-    return made(tmp_path_factory.mktemp('logs'), (CLOCK, OTHER))
+    short = replace(ALL, days=(0.0, 2.0))
+    return made(tmp_path_factory.mktemp('logs'), (CLOCK, OTHER), short)
 
 
 @pytest.fixture(scope='module')
@@ -82,7 +83,7 @@ def planned(folder, names, **more):
 def test_clocks_with_shared_inputs_keep_their_bits(tmp_path):
     """Forcing and integrals of the covariates are computed once for two of three clocks."""
     names = ('clock_cheek_weight', 'clock_own_cam_spring')
-    trial, passages = planned(tmp_path, names, longest_s=57600.0)
+    trial, passages = planned(tmp_path, names, longest_s=28800.0)
     sailing = 0, next(iter(passages))
     together = lasting(sail_passage(trial, sailing, lambda _: None))
     assert all(row['sensed_error_nmi'] is not None for row in together)
@@ -94,13 +95,13 @@ def test_clocks_with_shared_inputs_keep_their_bits(tmp_path):
 def test_the_rate_of_a_trial_keeps_the_accuracy_asked_for(tmp_path):
     """Against 16 Hz. Fewer samples suffice than if all pieces were like the first one."""
     trial, passages = planned(tmp_path, (), longest_s=86400.0)
-    for _, passage in zip(range(2), passages, strict=False):
-        scenes = [trial.scene(trial.clocks[0], passage, rate_hz=hz) for hz in (None, 16.0)]
-        asked, ship = scenes[0].accuracy, scenes[0].ship
-        of_all = rate_for(scenes[0], ship, asked, forgets=True, swings=False, case_hz=None)
-        assert ship.rate < of_all < 16.0
-        error_s = [voyage.sail(scene).clock_error_s for scene in scenes]
-        assert np.max(np.abs(error_s[0] - error_s[1])) <= asked
+    passage = next(iter(passages))
+    scenes = [trial.scene(trial.clocks[0], passage, rate_hz=hz) for hz in (None, 16.0)]
+    asked, ship = scenes[0].accuracy, scenes[0].ship
+    of_all = rate_for(scenes[0], ship, asked, forgets=True, swings=False, case_hz=None)
+    assert ship.rate < of_all < 16.0
+    error_s = [voyage.sail(scene).clock_error_s for scene in scenes]
+    assert np.max(np.abs(error_s[0] - error_s[1])) <= asked
 
 
 def test_the_second_navigator_has_a_scenes_covariates(trial, alone):
@@ -147,7 +148,7 @@ def test_a_trial_goes_on_where_it_was(trial, alone, tmp_path, monkeypatch):
     monkeypatch.setattr(workers, 'POOL_START_S', 0.0)
     assert lasting(sail_trial(trial, 2, folder)) == lasting(alone)
     assert sailed == [number for number, _ in trial.sailings[:2]]
-    assert [row['ship'] for row in alone] == list(range(6))
+    assert [row['ship'] for row in alone] == list(range(4))
     other = replace(trial, harbour_days=1.0)
     with pytest.raises(UsageError, match='holds another fleet; rules differ'):
         sail_trial(other, 1, folder)

@@ -2,7 +2,6 @@
 
 import os
 import signal
-import socket
 import subprocess
 import sys
 import time
@@ -18,49 +17,59 @@ from tauto_core.ensembles.workers import WorkerError, jobs_for, run_each
 from tauto_core.scene.errors import EstimationError
 
 
-def half(number, tell):
-    """Return half of a number, the process, and whether it hears a terminal's Ctrl-C."""
+def ports(*pids):
+    return {each.laddr for each in psutil.net_connections('inet') if each.pid in pids}
+
+
+def work(folder, what, tell):
+    """Return a text, the process, whether it hears a terminal's Ctrl-C, and its open ports.
+
+    `dies` kills its process as often as `folder` has files to spend.
+    """
     tell(0.5)
-    return (
-        number / 2,
-        os.getpid(),
-        signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, []),
-    )
+    if what == 'fails':
+        raise EstimationError('it fails')
+    for file in Path(folder).iterdir() if what == 'dies' else ():
+        file.unlink()
+        os.kill(os.getpid(), signal.SIGKILL)
+    hears = signal.SIGINT not in signal.pthread_sigmask(signal.SIG_BLOCK, [])
+    return what, os.getpid(), hears, ports(os.getppid(), os.getpid())
 
 
-def odd_only(number, tell):
-    del tell
-    if number % 2 == 0:
-        raise EstimationError(f'{number} is even')
-    return number
+def ended(folder, items, jobs, progress=None):
+    runs = run_each(partial(work, str(folder)), items, jobs, progress)
+    return {items[run.place]: run for run in runs}
 
 
-def dies(folder, number, tell):
-    """Kill the process that runs number 1, as often as `folder` has files to spend."""
-    del tell
-    if number == 1:
-        for file in Path(folder).iterdir():
-            file.unlink()
-            os.kill(os.getpid(), signal.SIGKILL)
-    return number
-
-
-def results(runs):
-    ended = list(runs)
-    assert [each.error for each in ended] == [None] * len(ended)
-    return {each.place: each.result for each in ended}
-
-
-def test_processes_return_what_this_one_does():
-    alone = results(run_each(half, [4, 5, 6], 1))
-    shares: list[float] = []
-    beside = results(run_each(half, [4, 5, 6], 2, shares.append))
-    assert [alone[k][0] for k in range(3)] == [beside[k][0] for k in range(3)] == [2.0, 2.5, 3.0]
-    assert {found[1:] for found in alone.values()} == {(os.getpid(), True)}
-    assert os.getpid() not in {found[1] for found in beside.values()}
-    assert not any(found[2] for found in beside.values())
+def test_processes_return_what_this_one_does(tmp_path):
+    """Also if one dies. A run that fails ends no other. No process can be reached."""
+    items, shares = ['one', 'fails', 'two', 'dies', 'three'], list[float]()
+    alone = ended(tmp_path, items, 1)
+    (tmp_path / 'once').touch()
+    beside = ended(tmp_path, items, 2, shares.append)
+    assert not list(tmp_path.iterdir())
+    assert alone.keys() == beside.keys() == set(items)
+    for runs in (alone, beside):
+        assert isinstance(runs['fails'].error, EstimationError)
+        assert str(runs.pop('fails').error) == 'it fails'
+        assert [runs[item].error for item in runs] == [None] * 4
+        assert all(runs[item].result[0] == item for item in runs)
+    assert {run.result[1:3] for run in alone.values()} == {(os.getpid(), True)}
+    assert os.getpid() not in {run.result[1] for run in beside.values()}
+    assert not any(run.result[2] for run in beside.values())
+    assert all(run.result[3] == ports(os.getpid()) for run in beside.values())
     assert shares == sorted(shares)
     assert shares[-1] == 1.0
+
+
+def test_a_run_that_kills_every_process_is_given_up(tmp_path, monkeypatch):
+    monkeypatch.setattr(workers, 'MOST_DEATHS', 2)
+    for k in range(20):
+        (tmp_path / str(k)).touch()
+    runs = ended(tmp_path, ['one', 'dies'], 2)
+    assert runs['one'].result[0] == 'one'
+    assert isinstance(runs['dies'].error, WorkerError)
+    assert len(list(tmp_path.iterdir())) == 18
 
 
 def test_a_script_without_a_guard_runs_once(tmp_path):
@@ -92,13 +101,12 @@ list(run_each(long, [1, 2], 2))
 """
 
 
-@pytest.mark.parametrize('number', [signal.SIGKILL, signal.SIGHUP])
-def test_processes_end_with_their_parent(number):
+def test_processes_end_with_their_parent():
     with subprocess.Popen(
         [sys.executable, '-c', LONG], stdout=subprocess.PIPE, text=True
     ) as parent:
         pids = [int(parent.stdout.readline()) for _ in range(2)]
-        parent.send_signal(number)
+        parent.kill()
         parent.wait()
         # they have the other end of the pipe
         assert parent.stdout.read() == ''
@@ -108,36 +116,12 @@ def test_processes_end_with_their_parent(number):
         time.sleep(0.05)
 
 
-def test_closing_ends_the_processes():
-    runs = run_each(half, list(range(50)), 2)
+def test_closing_ends_the_processes(tmp_path):
+    runs = run_each(partial(work, str(tmp_path)), list('abcdef'), 2)
     pid = next(runs).result[1]
     runs.close()
     with pytest.raises(ProcessLookupError):
         os.kill(pid, 0)
-
-
-@pytest.mark.parametrize('jobs', [1, 2])
-def test_a_run_that_fails_is_told_and_ends_no_other(jobs):
-    ended = {each.place: each for each in run_each(odd_only, [1, 2, 3], jobs)}
-    assert (ended[0].result, ended[2].result) == (1, 3)
-    assert isinstance(ended[1].error, EstimationError)
-    assert str(ended[1].error) == '2 is even'
-
-
-def test_a_run_whose_process_is_killed_is_made_again(tmp_path):
-    (tmp_path / 'once').touch()
-    found = results(run_each(partial(dies, str(tmp_path)), [0, 1, 2, 3], 2))
-    assert found == {0: 0, 1: 1, 2: 2, 3: 3}
-    assert not list(tmp_path.iterdir())
-
-
-def test_a_run_that_kills_every_process_is_given_up(tmp_path):
-    for k in range(20):
-        (tmp_path / str(k)).touch()
-    ended = {each.place: each for each in run_each(partial(dies, str(tmp_path)), [0, 1], 2)}
-    assert ended[0].result == 0
-    assert isinstance(ended[1].error, WorkerError)
-    assert 'died' in str(ended[1].error)
 
 
 def test_a_second_signal_does_not_interrupt_the_first():
@@ -156,7 +140,7 @@ def test_a_second_signal_does_not_interrupt_the_first():
         assert closed == [caught.value.args[0]] == [number]
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGHUP])
 def test_an_interrupt_at_the_start_has_no_traceback(number):
     """A terminal sends Ctrl-C to all processes of a command, here at the start of the first."""
     script = (
@@ -189,30 +173,11 @@ def test_an_interrupt_at_the_start_has_no_traceback(number):
     assert (done.returncode, done.stdout, done.stderr) == (0, f'{said}\n', '')
 
 
-def sockets(top, number=0, tell=None):
-    """Return the sockets of a process and of those that it has started."""
-    del number, tell
-    family = [psutil.Process(top), *psutil.Process(top).children(recursive=True)]
-    pids = {one.pid for one in family}
-    return {each[1:6] for each in psutil.net_connections('inet') if each.pid in pids}
-
-
-def test_processes_of_this_machine_open_no_socket():
-    """They are unreachable: they get their work through pipes of their parent."""
-    before = sockets(os.getpid())
-    seen = results(run_each(partial(sockets, os.getpid()), [0, 1], 2))
-    assert seen == {0: before, 1: before}
-    with socket.socket() as own:  # it is seen if there is one
-        own.bind(('127.0.0.1', 0))
-        own.listen()
-        assert len(sockets(os.getpid()) - before) == 1
-
-
-def test_work_that_is_small_is_done_in_this_process():
-    start_s = workers.POOL_START_S
-    assert jobs_for([0.5 * start_s] * 4, 2) == 1
-    assert jobs_for([0.7 * start_s] * 3, 2) == 2
-    assert jobs_for([0.33 * start_s] * 4, 4) == 1
-    assert jobs_for([0.36 * start_s] * 4, 4) == 4
-    assert jobs_for([0.72 * start_s] * 2, 4) == 1  # the others would be idle
-    assert jobs_for([99.0 * start_s], 1) == 1
+@pytest.mark.parametrize(
+    ('work', 'runs', 'jobs', 'used'),
+    [(0.5, 4, 2, 1), (0.7, 3, 2, 2), (0.33, 4, 4, 1), (0.36, 4, 4, 4), (0.72, 2, 4, 1)],
+)
+def test_work_that_is_small_is_done_in_this_process(work, runs, jobs, used):
+    """Work in starts of a process. Two runs leave two of four processes idle."""
+    assert jobs_for([work * workers.POOL_START_S] * runs, jobs) == used
+    assert jobs_for([99.0], 1) == 1
