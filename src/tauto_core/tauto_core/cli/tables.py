@@ -524,7 +524,9 @@ def fleet_tables(result: Answers) -> list[str]:
     tables = []
     if prizes := result.within:
         limits = [f'{prize.limit_nmi:g} nmi' for prize in prizes['raw']]
-        shares = ((label, *map(_share, prizes[clock])) for clock, label in _CLOCKS.items())
+        shares = (
+            (label, *(prize.said for prize in prizes[clock])) for clock, label in _CLOCKS.items()
+        )
         tables.append(table('ships within', placed('clock', *limits), shares))
     title = 'quantiles of the error of the longitude over the ships [nmi]'
     sizes = ((label, result.quantiles_nmi[clock]) for clock, label in _CLOCKS.items())
@@ -538,10 +540,6 @@ def fleet_tables(result: Answers) -> list[str]:
         heads = placed('key', *clocks, *(f'{name}, size' for name in clocks))
         tables.append(table('rank correlation with the error, and with its size', heads, ranks))
     return tables
-
-
-def _share(prize: Any) -> str:
-    return f'{percent(prize.share)} ({percent(prize.low)}–{percent(prize.high)})'
 
 
 def _rank(rank: float | None) -> str:
