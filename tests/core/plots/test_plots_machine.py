@@ -117,31 +117,6 @@ def test_lever_fulcrum_and_hole_are_in_their_places() -> None:
     np.testing.assert_allclose(part(hole, 'hole').y, -distance, rtol=1e-12)
 
 
-@pytest.mark.parametrize(
-    ('name', 'figure', 'letters'),
-    [
-        ('cheek_before_euler', 'figure I.', 'CP'),
-        ('sully_lever_at_sea', 'figure III.', 'CABDP'),
-        ('euler_1727', 'figure IV.', 'CR'),
-        ('second_cam_at_sea', 'figure X.', 'CO'),
-        ('sully_1724', '', ''),
-        ('globe_in_oil', '', 'AM'),
-        ('axle_at_sea', '', 'CG'),
-    ],
-)
-def test_a_machine_of_euler_s_has_his_letters_at_its_parts(name, figure, letters):
-    """Each on an outline or, the axles C and the globe M, in the middle of one."""
-    drawn = draw_machine(tauto.load(name))
-    assert ''.join(letter for letter, *_ in drawn.letters) == letters
-    assert f"Euler's {figure}" in drawn.note if figure else "Euler's" not in drawn.note
-    for letter, x, y, _ in drawn.letters:
-        ends = [np.hypot(each.x - x, each.y - y) for each in drawn.parts]
-        middles = [
-            math.hypot(each.x[:-1].mean() - x, each.y[:-1].mean() - y) for each in drawn.parts
-        ]
-        assert min(*map(np.min, ends), *middles) < 1e-9 * max(map(np.max, ends)), letter
-
-
 def test_a_suspended_case_hangs_from_its_axle_in_its_bearing() -> None:
     """Radii of 20 and 5 mm, the axle 100 mm above the clock, on the lowest place."""
     drawn = draw_machine(tauto.load('suspended_weight_at_sea'))

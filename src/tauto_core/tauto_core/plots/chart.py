@@ -171,7 +171,7 @@ def draw(of: Chart, name: str = '', width_in: float = 6.4) -> Figure:
     from tauto_core.plots.picture import Picture
 
     panels = of.panels
-    high = 6.0 if of.equal else 5.0 if of.is_map else 2.4 + 1.6 * len(panels)
+    high = 6.0 if of.equal else 0.78 * width_in if of.is_map else 2.4 + 1.6 * len(panels)
     figure = Picture(figsize=(width_in, high), layout='constrained')
     figure.described = of.described
     for axes, panel in zip(

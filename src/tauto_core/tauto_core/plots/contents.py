@@ -724,7 +724,6 @@ def _machine(voyage: Voyage) -> Chart:
         drawn.parts,
         equal=True,
         note=drawn.note,
-        names=[letter[:3] for letter in drawn.letters],
         y_ticks=not drawn.is_broken,
     )
 

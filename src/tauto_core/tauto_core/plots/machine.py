@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, NamedTuple, TypeAlias, cast
+from typing import Literal, TypeAlias, cast
 
 import numpy as np
 
@@ -28,7 +28,6 @@ from tauto_core.machines.axle_pendulum import AxleRegulator
 from tauto_core.machines.threads import HoleThread
 from tauto_core.machines.threads.hanging import HangingThread
 from tauto_core.machines.threads.lever import LeverThread
-from tauto_core.machines.trochlea import ThreadKind
 from tauto_core.plots.chart import Colour, Line
 from tauto_core.samples import FloatArray
 from tauto_core.scene import AxleSuspension, FluidTautochroneRegulator, Scene
@@ -119,15 +118,6 @@ _CIRCLE = np.linspace(0.0, math.tau, 121)
 Carrier = Literal['ship', 'case', 'wheel', 'weight', 'spring', 'lever', 'body']
 
 
-class Letter(NamedTuple):
-    """A letter of Euler's figure, its place at rest, and the part that carries it."""
-
-    name: str
-    x: float
-    y: float
-    moves_with: Carrier = 'case'
-
-
 @dataclass(frozen=True)
 class Outline(Line):
     """An outline, and the part that carries it. The weight moves along its thread."""
@@ -143,13 +133,11 @@ class MachineDrawing:
         parts: outlines from the back to the front.
         note: the materials, and the assumed dimensions.
         is_broken: whether a thread is drawn too short. Heights below the break are not to scale.
-        letters: Euler's letters, if the machine is one of his figures.
     """
 
     parts: list[Outline]
     note: str
     is_broken: bool = False
-    letters: tuple[Letter, ...] = ()
 
 
 def rim_mm(inertia: float) -> tuple[float, float, float]:
@@ -259,40 +247,7 @@ def draw_machine(scene: Scene) -> MachineDrawing:
         assumed.append('outside of the bearing' if hung.link else 'radius of the pivots')
     box = _box(0.0, 0.5 * (top + low - margin), 2.0 * (half_width + margin), top - low + margin)
     note = f'To scale. {"; ".join(notes)}. Assumed: {", ".join(assumed)}.'
-    figure, letters = _letters(
-        scene.trochlea.cam.kind, thread, -depth, (-0.5 * across, 0.5 * high)
-    )
-    return MachineDrawing(
-        [_path('case', box.T, 'grey'), *parts], note + figure, is_broken, letters
-    )
-
-
-def _letters(
-    cam: str, thread: ThreadKind, end: float, corner: tuple[float, float]
-) -> tuple[str, tuple[Letter, ...]]:
-    """Return a sentence on Euler's figure of a machine (1727) and its letters, if it is one.
-
-    `end` is the height of the thread's drawn end, `corner` the place of the weight's letter from
-    its middle.
-    """
-    centre, words = Letter('C', 0.0, 0.0), " The letters are those of Euler's figure "
-    if isinstance(thread, LeverThread) and thread.arm is not None and cam == 'involute':
-        (x, y), (across, up) = fulcrum_mm(thread), _along_lever(thread, thread.weight_arm)
-        place = x + across, end + y + up
-        weight = Letter('P', place[0] + corner[0], place[1] + corner[1], 'lever')
-        ends = (
-            Letter('A', x, end + y),
-            Letter('B', 0.0, end, 'lever'),
-            Letter('D', *place, 'lever'),
-        )
-        return f'{words}III.', (centre, *ends, *[weight] * any(corner))
-    if isinstance(thread, HoleThread) and cam == 'hole':
-        return f'{words}X.', (centre, Letter('O', 0.0, end))
-    if thread.kind == 'vertical' and cam == 'circular_arc':
-        return f'{words}I.', (centre, Letter('P', 0.0, end, 'weight'))
-    if thread.kind == 'vertical' and cam == 'involute':
-        return f'{words}IV.', (centre, Letter('R', 0.0, end, 'weight'))
-    return '', ()
+    return MachineDrawing([_path('case', box.T, 'grey'), *parts], note, is_broken)
 
 
 def fulcrum_mm(thread: LeverThread) -> tuple[float, float]:
@@ -399,9 +354,6 @@ def _in_fluid(regulator: FluidTautochroneRegulator, curve: DescentCurve) -> Mach
             _area(f'{regulator.body} at rest', body, 'orange', 'body'),
         ],
         f'To scale. The centre of the {regulator.body} moves on the curve.{assumed}',
-        letters=(Letter('A', 0.0, 0.0, 'ship'), Letter('M', across, up, 'ship'))
-        if regulator.curve == 'euler'
-        else (),
     )
 
 
@@ -443,7 +395,6 @@ def _on_axle(machine: AxleClock, support: str) -> MachineDrawing:
         ],
         'To scale. The body is drawn as a ring of its radius of gyration about its centre of '
         'gravity.' + (' Assumed: radius of the axle.' if machine.radius == 0.0 else ''),
-        letters=(Letter('C', 0.0, 0.0), Letter('G', 0.0, -MM * depth, 'wheel')),
     )
 
 

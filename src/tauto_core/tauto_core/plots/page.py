@@ -13,8 +13,9 @@ from pathlib import Path
 from string import Template
 from typing import Any
 
+import matplotlib as mpl
 import numpy as np
-from numpy.typing import ArrayLike
+from matplotlib.figure import Figure
 
 from tauto_core.curves import Cam
 from tauto_core.curves.fluid import coordinates
@@ -23,7 +24,7 @@ from tauto_core.files import LOOK, check_place, write_output
 from tauto_core.machines import FluidPendulum, LeverMachine, compile_machine
 from tauto_core.machines.threads import HoleThread
 from tauto_core.machines.threads.lever import LeverThread
-from tauto_core.plots.chart import COLOURS, Chart, draw
+from tauto_core.plots.chart import COLOURS, MAP_RATIO, Chart, draw
 from tauto_core.plots.contents import PART_S, PICTURES, chart, map_samples, seaway, window
 from tauto_core.plots.machine import MM, draw_machine, fulcrum_mm
 from tauto_core.results import SIGNS, budget_rows, damage_sentence, groups
@@ -31,7 +32,7 @@ from tauto_core.samples import FloatArray
 from tauto_core.scene import Scene, scene_yaml
 from tauto_core.scene.errors import Argument, UsageError
 from tauto_core.scene.times import DAY_S
-from tauto_core.ship.coast import MapFrame, land
+from tauto_core.ship.coast import land
 from tauto_core.version import code
 from tauto_core.version import version as tauto_version
 from tauto_core.voyage import Voyage
@@ -54,7 +55,6 @@ def animation(voyage: Voyage) -> dict[str, Any]:
     Returns:
         lines: outlines, each with `name`, `x`, `y` [mm, y upwards], `colour`, `area`, and `with`,
             the part with which it moves (`machine.Carrier`). `note` explains them.
-        letters: Euler's letters, each with `name`, `x`, `y` and `with`.
         parts: parts of the voyage, each from `from_s` on for `length_s`. At logged samples they
             have `time_s` within the part, `phase_rad`, `amplitude_rad` and the dial's `error_s`,
             and every `roll_step_s` `heave_m`, `roll_rad` and `plumb_rad`, the apparent vertical
@@ -119,10 +119,6 @@ def animation(voyage: Voyage) -> dict[str, Any]:
             }
             for part in drawn.parts
         ],
-        'letters': [
-            {'name': letter.name, 'x': letter.x, 'y': letter.y, 'with': letter.moves_with}
-            for letter in drawn.letters
-        ],
         'note': drawn.note,
         'roll_step_s': _ROLL_STEP_S,
         'parts': [_part(voyage, size, from_s) for from_s in starts],
@@ -184,7 +180,7 @@ def _rounded(values: FloatArray, digits: int = 3) -> list[float]:
 
 
 # -----------------------------------------------------------------------------
-# Map, ship and dials as SVG.
+# Ship and dials as SVG.
 #
 # Each function returns a fragment. Colours are CSS variables (`--land`, `--ink`, `--blue`, …),
 # which the page sets for light and dark. Moving parts have an id or a class.
@@ -227,103 +223,6 @@ INK = {
 def variables(scheme: str) -> str:
     """Return the colours as CSS variables."""
     return ' '.join(f'--{name}: {colour};' for name, colour in INK[scheme].items())
-
-
-# -----------------------------------------------------------------------------
-# The map
-
-# Steps of the coast per unit of the picture.
-_FINE = 10.0
-
-
-class MapView:
-    """A chart with `is_map` as a picture, `width` units wide and `width / ratio` high."""
-
-    def __init__(self, chart: Chart, width: float, ratio: float) -> None:
-        self.chart = chart
-        self.frame: MapFrame = chart.frame(ratio)
-        self.width, self.height = width, width / ratio
-
-    def place(self, longitude: ArrayLike, latitude: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Return the position of places [°] in units of the picture, y downwards."""
-        west, south, east, north = self.frame
-        x = (np.asarray(longitude) - west) / (east - west) * self.width
-        y = (north - np.asarray(latitude)) / (north - south) * self.height
-        return x, y
-
-    def path(self, longitude: FloatArray, latitude: FloatArray) -> str:
-        """Return a line as path data, rounded to a tenth of a unit."""
-        x, y = self.place(longitude, latitude)
-        points = [f'{a:.1f},{b:.1f}' for a, b in zip(x.tolist(), y.tolist(), strict=True)]
-        distinct = [point for k, point in enumerate(points) if k == 0 or point != points[k - 1]]
-        return 'M' + ' '.join(distinct)
-
-    def ground(self) -> str:
-        """Return sea, land, and labelled lines of longitude and latitude."""
-        outlines = []
-        for outline in land(self.frame):
-            steps = np.round(_FINE * np.array(self.place(*outline))).astype(int)
-            moves = np.diff(steps, axis=1)
-            moves = moves[:, np.any(moves != 0, axis=0)]
-            tail = ' '.join(f'{dx},{dy}' for dx, dy in moves.T.tolist())
-            if tail:
-                outlines.append(f'M{steps[0, 0]},{steps[1, 0]}l{tail}z')
-        lines, words = [], []
-        west, south, east, north = self.frame
-        # the largest of 1, 2, 5 or 10 times a power of ten for five lines or more
-        largest = max(east - west, north - south) / 5.0
-        power = 10.0 ** math.floor(math.log10(largest))
-        round_steps = (size * power for size in (10.0, 5.0, 2.0, 1.0))
-        step = next(size for size in round_steps if size <= largest * 1.0001)
-        for at in np.arange(math.ceil(west / step), math.floor(east / step) + 1) * step:
-            x = float(self.place(at, south)[0])
-            lines.append(f'M{x:.1f},0V{self.height:.1f}')
-            words.append(_degrees(x + 4.0, self.height - 6.0, at, 'E', 'W'))
-        for at in np.arange(math.ceil(south / step), math.floor(north / step) + 1) * step:
-            y = float(self.place(west, at)[1])
-            lines.append(f'M0,{y:.1f}H{self.width:.1f}')
-            words.append(_degrees(6.0, y - 5.0, at, 'N', 'S'))
-        box = f'width="{self.width:.1f}" height="{self.height:.1f}"'
-        return (
-            f'<rect {box} fill="var(--sea)"/>'
-            f'<path d="{"".join(outlines)}" transform="scale({1.0 / _FINE})" fill="var(--land)" '
-            'fill-rule="evenodd" stroke="var(--grey)" stroke-width="5"/>'
-            f'<path d="{"".join(lines)}" stroke="var(--rule)" stroke-width="0.7" fill="none" '
-            f'opacity="0.6"/><g class="degrees">{"".join(words)}</g>'
-        )
-
-    def tracks(self) -> str:
-        """Return the lines of the chart: bands, then tracks."""
-        drawn = []
-        for line in self.chart.lines:
-            data = self.path(line.x, line.y)
-            if line.kind == 'band':
-                drawn.append(f'<path class="band" d="{data}z" fill="var(--{line.colour})"/>')
-            elif line.kind == 'line':
-                drawn.append(
-                    f'<path class="track {line.colour}" d="{data}" fill="none" '
-                    f'stroke="var(--{line.colour})"/>'
-                )
-        return ''.join(drawn)
-
-    def names(self) -> str:
-        """Return the named places as rings, with the names on the side with more room."""
-        drawn = []
-        for name, longitude, latitude in self.chart.names:
-            x, y = (float(value) for value in self.place(longitude, latitude))
-            side, anchor = (-10.0, 'end') if x > 0.75 * self.width else (10.0, 'start')
-            drawn.append(
-                f'<circle class="place" cx="{x:.1f}" cy="{y:.1f}" r="5"/>'
-                f'<text class="place-name" x="{x + side:.1f}" y="{y - 9.0:.1f}" '
-                f'text-anchor="{anchor}">{escape(name)}</text>'
-            )
-        return ''.join(drawn)
-
-
-def _degrees(x: float, y: float, at: float, plus: str, minus: str) -> str:
-    turned = math.remainder(at, 360.0)
-    side = plus if turned > 0.0 else minus if turned < 0.0 else ''
-    return f'<text x="{x:.1f}" y="{y:.1f}">{abs(turned):.6g}° {side}</text>'
 
 
 # -----------------------------------------------------------------------------
@@ -396,8 +295,8 @@ def dial(name: str, label: str, colour: str) -> str:
 # -----------------------------------------------------------------------------
 # The page. It contains everything, and uses no network.
 
-WIDE_IN, NARROW_IN = 12.0, 6.4
-"""Width of a chart in the story, and of one of a pair [in]."""
+WIDE_IN, MAP_IN, NARROW_IN = 12.0, 9.0, 6.4
+"""Width of a chart in the story, of the map, and of a chart of a pair [in]."""
 
 
 def check_report(file: Path) -> None:
@@ -431,15 +330,10 @@ SUBJECTS = {
 """The folded charts below the story, by subject."""
 STORY = ('error', 'weather', 'rate')
 """The visible charts below map and ship, in this order."""
-MAP_WIDTH, PAGE_MAP_RATIO = 1000.0, 1.8
 LEAST_MAP_DEG = 0.1
 """Smallest extent of the tracks for a map without land [°]."""
-MARKS = (
-    ('by the dial', 'blue', 'the ship by the dial'),
-    ('corrected', 'orange', 'the ship by its navigator, ± 1σ'),
-    ('the ship', 'green', 'the ship'),
-)
-"""The moving marks of the map, from the back to the front: track, colour, and key."""
+MARKS = (('by the dial', 'blue'), ('corrected', 'orange'), ('the ship', 'green'))
+"""Tracks of the moving marks of the map, from the back to the front, and their colours."""
 _MARKER_STEPS = 240
 
 
@@ -566,24 +460,30 @@ def _map_section(
     """
     if of is None:
         return f'<section id="map"><p class="note">{escape(why)}</p></section>', None
-    view = MapView(of, MAP_WIDTH, PAGE_MAP_RATIO)
     tracks = {line.name: line for line in of.lines if line.kind == 'line'}
     shown_deg = max(float(np.ptp(getattr(line, axis))) for line in of.lines for axis in 'xy')
-    if shown_deg < LEAST_MAP_DEG and not land(view.frame):
+    if shown_deg < LEAST_MAP_DEG and not land(of.frame(MAP_RATIO)):
         # the map would be an empty sea
         return '', None
+    figure = draw(of, width_in=MAP_IN)
+    picture = _svg(figure, 'map')
     marks = [mark for mark in MARKS if mark[0] in tracks]
     moving = ''.join(
-        f'<g id="mark-{colour}" class="mark"><circle r="9" fill="var(--{colour})" '
-        f'stroke="var(--paper)" stroke-width="2"/></g>'
-        for _, colour, _ in marks
+        f'<g id="mark-{colour}" class="mark"><circle r="6" fill="var(--{colour})" '
+        f'stroke="var(--paper)" stroke-width="1.5"/></g>'
+        for _, colour in marks
     )
     which = np.linspace(0, len(tracks['the ship'].x) - 1, _MARKER_STEPS).round().astype(int)
     part = map_samples(voyage)
     places = {'day': _rounded(voyage.time_s[part][which] / DAY_S, 3)}
-    for name, colour, _ in marks:
-        x, y = view.place(tracks[name].x[which], tracks[name].y[which])
-        places |= {f'{colour}_x': _rounded(x, 1), f'{colour}_y': _rounded(y, 1)}
+    for name, colour in marks:
+        ends = np.column_stack([tracks[name].x[which], tracks[name].y[which]])
+        # points of the SVG, y downwards
+        x, y = (figure.axes[0].transData.transform(ends) * (72.0 / figure.dpi)).T
+        places |= {
+            f'{colour}_x': _rounded(x, 1),
+            f'{colour}_y': _rounded(72.0 * figure.get_figheight() - y, 1),
+        }
     if len(marks) > 1:
         for name, miles in (
             ('dial_nmi', voyage.raw_longitude_error_nmi),
@@ -591,30 +491,14 @@ def _map_section(
             ('sigma_nmi', voyage.longitude_sigma_nmi),
         ):
             places[name] = _rounded(miles[part][which], 2)
-    # the ship is drawn last and named first
-    keys = _keys([(words, colour, 'line') for _, colour, words in [*marks[-1:], *marks[:-1]]])
-    picture = (
-        f'<svg viewBox="0 0 {view.width:g} {view.height:g}" role="img" '
-        f'aria-label="{escape(of.described)}">{view.ground()}{view.tracks()}{view.names()}'
-        f'{moving}</svg>'
-    )
     controls = (
         '<div class="controls"><button id="sail" type="button">Pause</button>'
         '<input id="day" type="range" min="0" max="1" step="any" value="0" '
         'aria-label="day of the voyage"><output id="when" for="day"></output></div>'
     )
-    return (f'<section id="map">{picture}{keys}{controls}</section>', places)
-
-
-def _keys(named: list[tuple[str, str, str]]) -> str:
-    """Return the names of lines with their colours as a list, or '' for a single line."""
-    if len(named) < 2:
-        return ''
-    items = ''.join(
-        f'<li><span class="{kind}" style="background: var(--{colour})"></span>{escape(name)}</li>'
-        for name, colour, kind in named
-    )
-    return f'<ul class="keys">{items}</ul>'
+    label = f'class="chart" role="img" aria-label="{escape(of.described)}"'
+    picture = f'<div {label}>{picture.replace("</svg>", f"{moving}</svg>")}</div>'
+    return f'<section id="map">{picture}{controls}</section>', places
 
 
 def _budget(facts: dict[str, Any]) -> str:
@@ -646,19 +530,18 @@ def _budget(facts: dict[str, Any]) -> str:
 
 def chart_svg(of: Chart, width_in: float) -> str:
     """Return a chart as an SVG element, in the colours of the page."""
-    import matplotlib as mpl
+    return _svg(draw(of, width_in=width_in), of.title)
 
+
+def _svg(figure: Figure, name: str) -> str:
+    """Return a figure as an SVG element, with names of clips and marks that no other one has."""
     written = StringIO()
-    # names of clips and marks that no other chart has
-    with mpl.rc_context(LOOK | {'svg.hashsalt': of.title}):
-        figure = draw(of, width_in=width_in)
+    with mpl.rc_context(LOOK | {'svg.hashsalt': name}):
         figure.savefig(written, format='svg', transparent=True, metadata={'Date': None})
     text = written.getvalue()
-    text = text[text.index('<svg') :]
     # the style sheet within would hold for the page
-    text = re.sub(
-        r'<metadata>.*?</metadata>|<style .*?</style>| id="[\w.]+_\d+"', '', text, flags=re.S
-    )
+    unwanted = r'<metadata>.*?</metadata>|<style .*?</style>| id="[\w.]+_\d+"'
+    text = re.sub(unwanted, '', text[text.index('<svg') :], flags=re.S)
     return re.sub('|'.join(_DRAWN), lambda at: f'var(--{_DRAWN[at[0]]})', text)
 
 
