@@ -140,7 +140,6 @@ class Signals:
 
 
 def _spin(nodes: Sequence[GraphNode], signals: Signals) -> None:
-    executor = executor_named(nodes[0].settings['executor'])
     stop: Any = Future()
 
     def check() -> None:
@@ -150,18 +149,20 @@ def _spin(nodes: Sequence[GraphNode], signals: Signals) -> None:
             stop.set_result(None)
 
     nodes[0].create_timer(0.2, check, clock=Clock(clock_type=ClockType.STEADY_TIME))
-    for node in nodes:
-        executor.add_node(node)
-    while not stop.done():
-        # A bare spin() of the events executor busy-loops. A finite wait does not.
-        try:
-            executor.spin_until_future_complete(stop, 3600.0)
-        except ValueError as error:
-            # Our own callbacks are guarded: rclpy raises it for a time before 0 on /clock. Each
-            # message would soon fill a pipe without a reader, and block the node.
-            nodes[0].get_logger().error(
-                f'messages are left aside: rclpy: {error}', throttle_duration_sec=10.0
-            )
+    # Closed here: rclpy's own, destroyed after the context, prints a traceback.
+    with executor_named(nodes[0].settings['executor']) as executor:
+        for node in nodes:
+            executor.add_node(node)
+        while not stop.done():
+            # A bare spin() of the events executor busy-loops. A finite wait does not.
+            try:
+                executor.spin_until_future_complete(stop, 3600.0)
+            except ValueError as error:
+                # Our own callbacks are guarded: rclpy raises it for a time before 0 on /clock.
+                # Each message would soon fill a pipe without a reader, and block the node.
+                nodes[0].get_logger().error(
+                    f'messages are left aside: rclpy: {error}', throttle_duration_sec=10.0
+                )
 
 
 def _leave(nodes: Sequence[GraphNode]) -> None:
