@@ -57,7 +57,7 @@ def chunk_places() -> list[tuple[int, int]]:
     return [(index.chunk_start_offset, index.chunk_length) for index in summary.chunk_indexes]
 
 
-@pytest.mark.parametrize('cut', [*range(9_000, SIZE, 48_001), SIZE - 3000, SIZE - 20, SIZE - 1])
+@pytest.mark.parametrize('cut', [*range(9_000, SIZE, 96_001), SIZE - 3000, SIZE - 20, SIZE - 1])
 def test_what_a_kill_leaves_is_recovered_for_every_reader(tmp_path: Path, cut: int) -> None:
     torn = killed(tmp_path / 'torn', cut)
     before = digests(torn)

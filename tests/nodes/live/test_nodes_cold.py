@@ -20,9 +20,9 @@ from tauto_core.scene.times import NS_PER_S
 from tauto_nodes.live.node import port
 
 RATE_HZ = 100
-SECONDS = 5
-DEPTH = 300
-"""Of the subscription's queue, 3 s of the sensor: less than the kernels take to compile."""
+SECONDS = 3
+DEPTH = 100
+"""Of the subscription's queue, 1 s of the sensor: less than the kernels take to compile."""
 
 
 class Sensor:
@@ -65,7 +65,7 @@ def test_kernels_are_compiled_before_a_sensor_is_listened_to(bench: Bench, tmp_p
     node.create_subscription(port(READING).message, READING, readings.append, depth)
     values = {
         'source': 'foreign',
-        'scene': 'second_cam_at_sea',
+        'scene': 'measured',
         f'qos_overrides./{SHIP_IMU}.subscription.depth': DEPTH,
     }
     arguments = [word for name, value in values.items() for word in ('-p', f'{name}:={value}')]

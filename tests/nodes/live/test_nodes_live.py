@@ -108,7 +108,7 @@ def test_imu_rotation_turns_a_sensor_into_the_clocks_axes(bench: Bench) -> None:
 def test_a_fast_rough_sensor_gives_the_readings_of_its_samples(bench: Bench) -> None:
     """200 Hz, noise, 1 % of the samples missing: the graph neither adds nor loses a sample."""
     rng = np.random.default_rng(200)
-    t = np.arange(4_000) / 200.0
+    t = np.arange(1_600) / 200.0
     t = t[rng.random(len(t)) > 0.01]
     n = len(t)
     roll = 0.2 * np.sin(0.785 * t) + 3.5e-3 * rng.standard_normal(n)
@@ -257,8 +257,8 @@ def graph_in(namespace: str, scene: str, duration_s: float, folder: Path) -> lis
     ]
 
 
-def test_three_clocks_in_three_namespaces(bench: Bench, tmp_path: Path) -> None:
-    names = {'ours': ('measured', 30.0), 'theirs': ('ideal', 3600.0), 'yours': ('measured', 20.0)}
+def test_two_clocks_in_two_namespaces(bench: Bench, tmp_path: Path) -> None:
+    names = {'ours': ('measured', 30.0), 'theirs': ('measured', 20.0)}
     graphs = {n: graph_in(f'/{n}', *what, tmp_path / n) for n, what in names.items()}
     bench.add(*(node for nodes in graphs.values() for node in nodes))
     bench.until(lambda: all(nodes[0].over for nodes in graphs.values()))

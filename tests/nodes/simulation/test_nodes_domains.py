@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import os
 import socket
 import subprocess
 import sys
@@ -12,7 +11,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from tauto_nodes import ParameterError, simulation
+from tauto_nodes import GraphError, ParameterError, simulation
 from tauto_nodes.live import check_discovery
 
 GRAPH = [sys.executable, '-m', 'tauto_core', 'graph', 'measured', '--speed', 'max']
@@ -21,23 +20,10 @@ GRAPH = [sys.executable, '-m', 'tauto_core', 'graph', 'measured', '--speed', 'ma
 REACH, NUMBER = 'ROS_AUTOMATIC_DISCOVERY_RANGE', 'ROS_DOMAIN_ID'
 
 
-def test_a_graph_whose_nodes_are_kept_apart_says_so_at_once(tmp_path: Path) -> None:
-    done = subprocess.run(
-        [*GRAPH, '--duration', '20', '--out', str(tmp_path / 'bag')],
-        env={**os.environ, REACH: 'OFF'},
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=300.0,
-    )
-    assert done.returncode == 2, done.stderr
-    assert f'tauto: {REACH} = OFF: the nodes of a graph could not find each other' in done.stderr
-    assert not (tmp_path / 'bag').exists()
-
-
 @pytest.mark.parametrize(
     ('variable', 'value', 'said'),
     [
+        (REACH, 'OFF', 'the nodes of a graph could not find each other'),
         (REACH, 'localhost', 'must be one of LOCALHOST, SUBNET, SYSTEM_DEFAULT'),
         (NUMBER, '233', 'must be a whole number from 0 to 232'),
         (NUMBER, '-1', 'must be a whole number from 0 to 232'),
@@ -60,6 +46,13 @@ def test_what_ros_allows_is_allowed(
     monkeypatch.setenv(NUMBER, number)
     monkeypatch.setenv(REACH, reach)
     check_discovery()
+
+
+def test_a_domain_that_is_named_has_one_graph_a_namespace() -> None:
+    with simulation.graph_environment('a'), simulation.graph_environment('b'):
+        said = 'another graph of the namespace /a sails in this domain'
+        with pytest.raises(GraphError, match=said), simulation.graph_environment('/a/'):
+            pass
 
 
 def test_a_graph_finds_its_nodes_in_a_crowded_domain(tmp_path: Path, ros_domain: int) -> None:

@@ -95,41 +95,50 @@ WARMING = (
     + 'air: {kind: constant, celsius: 12.0, diurnal: 4.0, box_hours: 0.5}\nlog: {interval: 5.0}\n'
 )
 FELT = load_scene('involute_weight_at_sea', duration=60.0, drift=DRIFT)
-AT_SEA: dict[str, object] = {
-    'voyage.log.harbour_days': 0.0,
-    'log.interval': 5.0,
-    'log.motion': True,
+
+SCENES: dict[str, tuple[str, float, str]] = {
+    # the scene, its duration [s], a topic that it must have
+    'no motion in its bag': ('portsmouth_jamaica', 300.0, READING),
+    'hung, the ship looks further ahead': ('suspended_weight_at_sea', 60.0, SHIP_IMU),
+    'a hull; the last temperature lies beyond the motion': (WARMING, 60.0, SHIP_TEMPERATURE),
+    'a young sea, each side counts the slacks': (CORK_ON_A_PASSAGE, 600.0, SLACK),
+    'motion is a covariate': (scene_yaml(FELT), 60.0, ESTIMATE),
+    'latitude and thermometer are covariates': (WARM, 1800.0, ESTIMATE),
 }
 
-SCENES: dict[str, tuple[str, float, dict[str, object], str]] = {
-    # the scene, its duration [s], keys that are changed, a topic that it must have
-    'measured': ('measured', 300.0, {}, SHIP_IMU),
-    'changed after it was loaded': ('measured', 20.0, {'trochlea.release_angle': 0.3}, READING),
-    'still, a sample of motion a log interval': ('ideal', 3600.0, {}, READING),
-    'no motion in its bag': ('portsmouth_jamaica', 600.0, {}, READING),
-    'hung, the ship looks further ahead': ('suspended_weight_at_sea', 60.0, {}, SHIP_IMU),
-    'a sea, of which the metadata tell': ('buoy_44004_supply', 60.0, {}, READING),
-    'a hull; the last temperature lies beyond the motion': (WARMING, 60.0, {}, SHIP_TEMPERATURE),
-    'a young sea, each side counts the slacks': (CORK_ON_A_PASSAGE, 600.0, {}, SLACK),
-    'motion is a covariate': (scene_yaml(FELT), 60.0, {}, ESTIMATE),
-    'latitude and thermometer are covariates': (WARM, 1800.0, {}, ESTIMATE),
-    # out of Tenerife, past the turn of five minutes to the first course at sea
-    'a real passage': ('esperance_to_the_cape', 360.0, AT_SEA, SHIP_TEMPERATURE),
-}
+
+def middleware_threads() -> set[str]:
+    """Return the threads of this process' DDS participants, by task."""
+    threads = Path('/proc/self/task').iterdir()
+    return {task.name for task in threads if (task / 'comm').read_text().startswith('dds.ev')}
 
 
 @pytest.mark.parametrize('name', SCENES)
-def test_bag_of_the_graph_is_the_bag_of_sail(name: str, tmp_path: Path) -> None:
-    scene, duration_s, changes, topic = SCENES[name]
+def test_bag_of_the_graph_is_the_bag_of_sail(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The supervisor does not import the middleware, which can hang a node.
+
+    Nor do the nodes import files of the working folder.
+    """
+    monkeypatch.chdir(tmp_path)
+    for module in ('json', 'yaml', 'tauto_nodes', 'sitecustomize'):
+        Path(f'{module}.py').write_text(f"raise SystemExit('{module} of the working folder')")
+    scene, duration_s, topic = SCENES[name]
     if '\n' in scene:
         (tmp_path / 'own.yaml').write_text(scene, encoding='utf-8')
         scene = str(tmp_path / 'own.yaml')
-    loaded = load_scene(scene, duration=duration_s, **changes)
+    loaded = load_scene(scene, duration=duration_s)
     told: list[float] = []
-    plan = GraphPlan(scene, tmp_path / 'graph', duration_s, 0.0, changed=bool(changes))
-    outcome = run_graph(plan, loaded, told.append)
-    assert outcome.lost == 0
-    assert outcome.signal == 0
+    seen: set[str] = set()
+    before = middleware_threads()
+
+    def look(share: float) -> None:
+        told.append(share)
+        seen.update(middleware_threads() - before)
+
+    outcome = run_graph(GraphPlan(scene, tmp_path / 'graph', duration_s, 0.0), loaded, look)
+    assert outcome.lost == outcome.signal == len(seen) == 0
     assert told == sorted(told)
     offline = sail(loaded, tmp_path / 'sail').result
     assert_equal_bags(tmp_path / 'sail', tmp_path / 'graph')
@@ -158,36 +167,6 @@ def test_a_graph_is_as_exact_as_it_is_asked_to_be(tmp_path: Path) -> None:
     sailed = parse_scene(read_bag(tmp_path / 'graph').scene, 'graph')
     assert (sailed.accuracy, sailed.states_accuracy) == (0.1, True)
     assert sailed.ship.rate < 10.0
-
-
-def middleware_threads() -> set[str]:
-    """Return the threads of this process' DDS participants, by task."""
-    threads = Path('/proc/self/task').iterdir()
-    return {task.name for task in threads if (task / 'comm').read_text().startswith('dds.ev')}
-
-
-def test_who_runs_a_graph_is_no_part_of_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The supervisor does not import the middleware, which can hang a node.
-
-    Nor do the nodes import files of the working folder.
-    """
-    monkeypatch.chdir(tmp_path)
-    for module in ('json', 'yaml', 'tauto_nodes', 'sitecustomize'):
-        Path(f'{module}.py').write_text(f"raise SystemExit('{module} of the working folder')")
-    before = middleware_threads()
-    plan = GraphPlan('measured', tmp_path / 'graph', 5.0, 0.0)
-    seen: set[str] = set()
-    told: list[float] = []
-
-    def look(share: float) -> None:
-        told.append(share)
-        seen.update(middleware_threads() - before)
-
-    run_graph(plan, load_scene('measured', duration=5.0), look)
-    assert told
-    assert not seen
 
 
 def test_a_signal_after_the_bag_is_closed_cuts_nothing_short(tmp_path: Path) -> None:

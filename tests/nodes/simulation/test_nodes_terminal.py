@@ -13,8 +13,6 @@ import sys
 import termios
 from pathlib import Path
 
-import pytest
-
 HIDDEN, SHOWN = b'\x1b[?25l', b'\x1b[?25h'
 
 
@@ -58,12 +56,11 @@ class Terminal:
         return self.process.wait()
 
 
-@pytest.mark.parametrize('kind', ['xterm-256color', 'dumb'])
-def test_ctrl_c_gives_the_terminal_back(kind: str, tmp_path: Path) -> None:
-    """A bar is shown while the graph sails, if the cursor can be moved."""
+def test_ctrl_c_gives_the_terminal_back(tmp_path: Path) -> None:
+    """A bar is shown while the graph sails."""
     command = [sys.executable, '-m', 'tauto_core', 'graph', 'measured', '--speed', '10']
     out = tmp_path / 'bag'
-    terminal = Terminal([*command, '--out', str(out)], TERM=kind)
+    terminal = Terminal([*command, '--out', str(out)], TERM='xterm-256color')
     try:
         while not list(out.glob('*.mcap')):
             assert terminal.read(), terminal.written
@@ -71,7 +68,6 @@ def test_ctrl_c_gives_the_terminal_back(kind: str, tmp_path: Path) -> None:
         assert terminal.end() == 128 + signal.SIGINT
     finally:
         terminal.process.kill()
-    assert (b'measured' in terminal.written) == (kind != 'dumb')
-    assert terminal.written.rfind(SHOWN) >= terminal.written.rfind(HIDDEN)
-    assert (HIDDEN in terminal.written) == (kind != 'dumb')
+    assert b'measured' in terminal.written
+    assert terminal.written.rfind(SHOWN) >= terminal.written.rfind(HIDDEN) >= 0
     assert b'stopped early' in terminal.written

@@ -13,6 +13,7 @@ import pytest
 from tauto_core.samples import READING
 from tauto_nodes import GraphError
 from tauto_nodes.live.recorder import RecorderReport
+from tauto_nodes.simulation import supervisor as graph
 from tauto_nodes.simulation.supervisor import NODE_NAMES, SILENT_S, STALL_S, Watchdog
 
 LONG_AGO_S = -2.0 * STALL_S
@@ -81,3 +82,10 @@ def test_what_cannot_be_read_accuses_nobody(tmp_path: Path) -> None:
     watch.look()
     watch.check()
     assert watch.recorded(READING) == 7
+
+
+def test_a_report_that_could_not_be_written_is_told(tmp_path: Path) -> None:
+    file = tmp_path / 'report.json'
+    file.write_text('{"complete": tr')  # the disk was full
+    with pytest.raises(GraphError, match='the recorder could not write its report'):
+        graph._recorded(file, graph.Supervisor(tmp_path, {}), 'recorder', interrupted=False)

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
-from conftest import OWN
 
 from tauto_nodes import GraphError
 from tauto_nodes.live import FOLDER_PREFIX
@@ -48,23 +46,3 @@ def test_a_place_that_cannot_be_written_is_named() -> None:
         work_folder('/proc'),
     ):
         pass
-
-
-@pytest.mark.usefixtures('mounts')
-def test_a_report_for_which_there_is_no_room_is_told(tmp_path: Path) -> None:
-    # The parameters take the only block.
-    small = tmp_path / 'small'
-    small.mkdir()
-    voyage = ['graph', 'measured', '--duration', '20', '--speed', 'max']
-    words = [sys.executable, '-m', 'tauto_core', *voyage, '--out', str(tmp_path / 'bag')]
-    done = subprocess.run(
-        [*OWN, 'sh', '-c', f'mount -t tmpfs -o size=4k none {small} && exec "$@"', 'sh', *words],
-        env={**os.environ, 'TMPDIR': str(small)},
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=300.0,
-    )
-    assert done.returncode == 1, done.stderr
-    assert 'report.json: the recorder could not write its report' in done.stderr
-    assert 'Traceback' not in done.stderr
