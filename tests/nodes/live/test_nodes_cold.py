@@ -65,7 +65,7 @@ def test_kernels_are_compiled_before_a_sensor_is_listened_to(bench: Bench, tmp_p
     node.create_subscription(port(READING).message, READING, readings.append, depth)
     values = {
         'source': 'foreign',
-        'scene': 'measured',
+        'scene': 'second_cam_at_sea',
         f'qos_overrides./{SHIP_IMU}.subscription.depth': DEPTH,
     }
     arguments = [word for name, value in values.items() for word in ('-p', f'{name}:={value}')]
