@@ -198,9 +198,7 @@ def test_a_hole_without_indices_has_the_times_of_the_chunk(tmp_path: Path) -> No
     assert holes_said(made) == {'': (0, first_ns, last_ns)}
 
 
-def test_many_holes_are_joined() -> None:
-    holes = [Hole(topic, 2, k, k + 1) for k in range(600) for topic in ('/a', '/b')]
-    assert check.joined(holes[::-1]) == [*holes[:1000], Hole('', 0, 500, 600)]
+def test_a_list_of_holes_that_is_none_is_one_hole() -> None:
     for wrong in ('[[1]]', '{"a": 1}', '[["/a", -1, 0, 0]]', '[["/a", 1e999, 0, 0]]', '[' * 5000):
         assert check.holes_in({'holes': wrong}) == [Hole('', 0, 0, 0)]
 

@@ -8,10 +8,8 @@ the nodes to start.
 from __future__ import annotations
 
 import atexit
-import fcntl
 import json
 import os
-import shutil
 import subprocess
 import tempfile
 from collections.abc import Callable
@@ -35,25 +33,14 @@ REFUSED = 2
 """Exit code of a node that would refuse to start the next time, too."""
 
 
-def _folder() -> Path:
-    """Return a folder that is removed with this process, or, if it is killed, at the next start.
-
-    From a mapping of parameters launch_ros makes a temporary file for each node, and leaves it.
-    """
-    folder = Path(tempfile.mkdtemp(prefix='tauto_graph_', dir=os.environ.get('TAUTO_FOLDER')))
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    lock = (folder / 'not_locked_yet').open('w')
-    fcntl.flock(lock, fcntl.LOCK_EX)
-    atexit.register(lock.close)  # the reference keeps the lock open until then
-    (folder / 'not_locked_yet').rename(folder / 'lock')
-    return folder
-
-
 def _nodes(context: Any) -> list[Any]:
     """Return the nodes to start. RuntimeError with the reason of a refusal."""
     given = {name: str(value) for name, value in context.launch_configurations.items()}
     known = given['known'].split()
-    folder = _folder()
+    # From a mapping of parameters launch_ros makes a temporary file for each node, and leaves it.
+    made = tempfile.TemporaryDirectory(prefix='tauto_graph_', dir=os.environ.get('TAUTO_FOLDER'))
+    atexit.register(made.cleanup)
+    folder = Path(made.name)
     asked = {
         'kind': given['kind'],
         'given': {name: given[name] for name in known},

@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 # `tauto graph` and `tauto play`. The command line loads them from the group `tauto.commands`.
 
 MAX_SPEED = 1e6
-MOST_COMPLAINTS = 20
 
 
 def _namespace(text: str) -> str:
@@ -106,10 +105,8 @@ def graph(
         (topic, *(str(numbers[key]) for key in heads)) for topic, numbers in outcome.counts.items()
     )
     typer.echo('\n'.join(aligned([('topic', *heads), *counts])), err=True)
-    for line in outcome.node_warnings[:MOST_COMPLAINTS]:
+    for line in outcome.node_warnings:
         typer.echo(f'tauto: the graph said: {line}', err=True)
-    if (more := len(outcome.node_warnings) - MOST_COMPLAINTS) > 0:
-        typer.echo(f'tauto: the graph said {more} things more', err=True)
     if outcome.signal:
         sailed = any(numbers['written'] for numbers in outcome.counts.values())
         kept = f'{folder} holds the voyage until then' if sailed else 'no message was recorded yet'
@@ -300,12 +297,11 @@ def launch_plan() -> None:
     for the parameters, and the process of the launch, the `supervisor`. The answer has the names
     of the `nodes`, their `environment` and the `remappings`.
     """
-    from tauto_nodes.live import SUPERVISOR, check_discovery, local_discovery, remove_left
+    from tauto_nodes.live import SUPERVISOR, check_discovery, local_discovery
     from tauto_nodes.live.parameters import write_parameters
 
     asked = json.load(sys.stdin)
     given, folder = asked['given'], Path(asked['folder'])
-    remove_left(folder.parent)
     try:
         if strangers := strangers_of(asked['typed'], given):
             raise ParameterError('; '.join(strangers))

@@ -24,20 +24,18 @@ from visualization_msgs.msg import MarkerArray
 
 from tauto_core.bags import encode
 from tauto_core.clockwork.trochlea import WHEEL_FRAME
-from tauto_core.samples import JOINT_STATES, SHIP_IMU, scalars
+from tauto_core.samples import JOINT_STATES, SHIP_IMU, FloatArray, scalars
 from tauto_core.scene import load_scene
-from tauto_core.ship.imu import MOUNT_FRAME, imu_from_roll
+from tauto_core.ship.imu import MOUNT_FRAME, imu_from_roll, quaternion_of_angles
 from tauto_core.voyage import sail
 from tauto_nodes.live.markers import (
     MARKERS,
     TF,
     MarkersNode,
-    about_x,
     clock_points,
     fixed,
     moving,
     transform,
-    turned_by,
 )
 from tauto_nodes.live.node import port
 
@@ -45,31 +43,8 @@ PACKAGE = Path(__file__).parents[3] / 'src' / 'tauto_nodes'
 LAYOUTS = PACKAGE / 'layouts'
 
 
-def turned(rotation: tuple[float, ...], vector: tuple[float, ...]) -> np.ndarray[Any, Any]:
-    """Rotate a vector, by the formula v + 2 w (u × v) + 2 u × (u × v)."""
-    u, w = np.array(rotation[:3]), rotation[3]
-    once = np.cross(u, vector)
-    return np.array(vector) + 2 * w * once + 2 * np.cross(u, once)
-
-
-def test_a_roll_to_starboard_lowers_the_starboard_side() -> None:
-    # REP-103: x forward, y to port. A positive turn about x lifts y, the port side.
-    np.testing.assert_allclose(turned(about_x(math.pi / 2), (0, 1, 0)), (0, 0, 1), atol=1e-15)
-
-
-@pytest.mark.parametrize(('first', 'second'), [(0.3, 0.7), (-1.2, 2.5)])
-def test_turns_about_one_axis_add_up(first: float, second: float) -> None:
-    np.testing.assert_allclose(
-        turned_by(about_x(first), about_x(second)), about_x(first + second), atol=1e-15
-    )
-
-
-def test_a_product_turns_by_the_second_within_the_first() -> None:
-    yaw = (0.0, 0.0, math.sin(0.4), math.cos(0.4))
-    both = turned_by(yaw, about_x(0.9))
-    vector = (0.2, -0.5, 0.8)
-    within = turned(about_x(0.9), vector)
-    np.testing.assert_allclose(turned(both, vector), turned(yaw, tuple(within)), atol=1e-15)
+def quaternion(roll_rad: float) -> FloatArray:
+    return quaternion_of_angles(roll_rad, 0.0, 0.0)
 
 
 def frames(chain: list[TransformStamped]) -> list[tuple[str, str]]:
@@ -77,24 +52,24 @@ def frames(chain: list[TransformStamped]) -> list[tuple[str, str]]:
 
 
 def test_the_frames_are_those_of_rep_105_and_of_the_messages() -> None:
-    turning = moving(about_x(0.1), about_x(0.7))
+    turning = moving(quaternion(0.1), quaternion(0.7))
     assert frames(turning) == [('map', 'base_link'), ('clock_case', 'wheel')]
     assert frames(fixed()) == [('base_link', 'clock_mount'), ('clock_mount', 'clock_case')]
-    assert turning[1].transform.rotation.x == math.sin(0.35)
+    assert turning[1].transform.rotation.x == pytest.approx(math.sin(0.35))
     # each frame of a message is in the tree
     assert {MOUNT_FRAME, WHEEL_FRAME} <= {child for _, child in frames(fixed())}
 
 
 def test_a_frame_has_one_parent_and_others_come_first(bench: Bench) -> None:
     node = bench.add(MarkersNode(**overrides(scene='measured')))
-    chain = moving(about_x(0.1), about_x(0.7))
+    chain = moving(quaternion(0.1), quaternion(0.7))
     assert frames(node.ours(chain)) == frames(chain)
     node.hear(SimpleNamespace(transforms=chain))  # its own, which it hears, too
     assert not node.given
     # a filter on the same sensor has its stamps
-    node.hear(SimpleNamespace(transforms=[transform('odom', 'base_link', about_x(0.1))]))
+    node.hear(SimpleNamespace(transforms=[transform('odom', 'base_link', quaternion(0.1))]))
     assert frames(node.ours(chain)) == [('clock_case', 'wheel')]
-    node.hear(SimpleNamespace(transforms=[transform('deck', 'clock_mount', about_x(0.0))]))
+    node.hear(SimpleNamespace(transforms=[transform('deck', 'clock_mount', quaternion(0.0))]))
     assert frames(node.ours(fixed())) == [('clock_mount', 'clock_case')]
 
 

@@ -55,6 +55,11 @@ def test_a_domain_that_is_named_has_one_graph_a_namespace() -> None:
             pass
 
 
+def test_a_place_that_cannot_be_written_is_named() -> None:
+    with pytest.raises(GraphError, match='/proc: no folder can be made there'):
+        simulation.work_folder('/proc')
+
+
 def test_a_graph_finds_its_nodes_in_a_crowded_domain(tmp_path: Path, ros_domain: int) -> None:
     """By default a participant that is not found by multicast is looked for at 32 places.
 

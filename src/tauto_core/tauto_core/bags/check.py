@@ -8,6 +8,7 @@ from collections import defaultdict
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -47,8 +48,7 @@ if TYPE_CHECKING:
 
 # Messages of a topic that are held before they are decoded.
 _PART = 10_000
-# Holes that are listed one by one.
-_MOST_HOLES = 1_000
+_by_time = attrgetter('from_ns', 'topic')
 HOLES = 'holes'
 """Metadata of a recovered bag: lists of topic, number of lost messages, and the log times of the
 first and the last [ns].
@@ -117,18 +117,10 @@ def holes_in(custom: Mapping[str, Any]) -> list[Hole]:
             for topic, number, from_ns, to_ns in json.loads(custom.get(HOLES, '[]'))
         ]
         if all(0 <= number <= LATEST_NS for hole in listed for number in hole[1:]):
-            return joined(listed)
+            return sorted(listed, key=_by_time)
     except (ValueError, TypeError, OverflowError, RecursionError):
         pass
     return [Hole('', 0, 0, 0)]
-
-
-def joined(holes: list[Hole]) -> list[Hole]:
-    """Return holes by their time. If there are very many, one stands for the last of them."""
-    holes = sorted(holes, key=lambda hole: (hole.from_ns, hole.topic))
-    if tail := holes[_MOST_HOLES:]:
-        holes[_MOST_HOLES:] = [Hole('', 0, tail[0].from_ns, max(hole.to_ns for hole in tail))]
-    return holes
 
 
 def check_bag(path: Path) -> BagReport:
@@ -160,7 +152,7 @@ def check_bag(path: Path) -> BagReport:
     report.custom = _custom(path, files)
     for walked in files:
         report.damage += walked.warnings
-        report.damage += [f'{walked.path}: {hole}' for hole in joined(walked.holes)]
+        report.damage += [f'{walked.path}: {hole}' for hole in sorted(walked.holes, key=_by_time)]
     for walked in files:
         _check_file(report, walked)
     _check_metadata(report)
@@ -365,24 +357,9 @@ def _check_content(report: BagReport) -> None:
     report.notes += [
         f'{topic}: {item.steps_back}{text}' for topic, item in late.items() if item not in typed
     ]
-    _check_scene(report)
-
-
-def _check_scene(report: BagReport) -> None:
-    """Note a scene that is missing or not the first message."""
-    bag = report.bag
-    scenes = [topic for topic in bag.topics if f'/{topic.lstrip("/")}'.endswith(f'/{SCENE}')]
-    if not scenes:
+    if not any(f'/{topic.lstrip("/")}'.endswith(f'/{SCENE}') for topic in bag.topics):
         needs = ArgumentText(f'there is no {SCENE}: a replay needs ', Argument('scene'))
         report.notes.append(needs)
-        return
-    file = bag.files[0]
-    with file.path.open('rb') as stream:
-        for span in file.spans[:1]:
-            first = next(file.messages(span, stream), None)
-            name = file.channels[first.channel].topic if first else scenes[0]
-            if name not in scenes:
-                report.notes.append(f'the first message is of {name}, not of {scenes[0]}')
 
 
 # -----------------------------------------------------------------------------
@@ -464,7 +441,7 @@ def recover_bag(path: Path, out: Path | None = None) -> Recovered:
         for file in report.bag.files:
             holes += file.holes
         if holes:
-            writer.describe({HOLES: joined(holes)})
+            writer.describe({HOLES: sorted(holes, key=_by_time)})
         if not all(file.ended for file in report.bag.files):
             writer.describe(CUT_SHORT)
     counts = {keys[key]: number for key, number in writer.counts.items()}

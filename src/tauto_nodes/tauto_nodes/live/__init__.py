@@ -5,13 +5,10 @@ from __future__ import annotations
 import ctypes
 import faulthandler
 import os
-import shutil
 import signal
 import sys
 import traceback
 from collections.abc import Callable, Sequence
-from contextlib import suppress
-from pathlib import Path
 from types import FrameType
 from typing import Any, TypeAlias
 
@@ -24,7 +21,6 @@ from rclpy.task import Future
 from rclpy.utilities import remove_ros_args, try_shutdown
 
 from tauto_core.cli.terminal import open_closed_streams
-from tauto_core.files import one_writer
 from tauto_core.scene.errors import TautoError, spelled
 from tauto_nodes import NodesError, ParameterError, as_parameter
 from tauto_nodes.live.node import GraphNode
@@ -68,22 +64,6 @@ def check_discovery() -> None:
 
 
 # -----------------------------------------------------------------------------
-# The folder of a running graph, or of a launch.
-
-FOLDER_PREFIX = 'tauto_graph_'
-LOCK = 'lock'
-
-
-def remove_left(place: Path) -> None:
-    """Remove the folders of killed graphs. `launch/nodes.launch.py` makes such folders, too."""
-    for lock in place.glob(f'{FOLDER_PREFIX}*/{LOCK}'):
-        with suppress(OSError):  # it is held, or another start was faster
-            if lock.parent.lstat().st_uid == os.getuid():
-                with one_writer(lock, make=False):
-                    shutil.rmtree(lock.parent, ignore_errors=True)
-
-
-# -----------------------------------------------------------------------------
 # One process: its nodes from their start to its exit code.
 
 Maker: TypeAlias = Callable[[], GraphNode]
@@ -108,7 +88,7 @@ def die_with_supervisor() -> None:
 
 
 def executor_named(name: str) -> Any:
-    """Return the executor `events` or `single`. `check_executor` tells whether there is one."""
+    """Return the executor `events` (rclpy 7.1.4 and later) or `single`."""
     if name == 'single':
         return SingleThreadedExecutor()
     from rclpy.experimental.events_executor import EventsExecutor

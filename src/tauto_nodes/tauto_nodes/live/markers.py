@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from geometry_msgs.msg import Point, Quaternion, TransformStamped
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile
+from scipy.spatial.transform import Rotation
 from std_msgs.msg import ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -23,6 +24,7 @@ from tauto_core.plots.chart import Line
 from tauto_core.plots.machine import draw_machine
 from tauto_core.samples import JOINT_STATES, SHIP_IMU, FloatArray, ImuSamples, JointSamples
 from tauto_core.scene.times import NS_PER_S
+from tauto_core.ship.imu import quaternion_of_angles
 from tauto_nodes import NodesError
 from tauto_nodes.live import main_of
 from tauto_nodes.live.node import Diagnostics, GraphNode, TopicPort, message_class, port
@@ -37,26 +39,6 @@ RGB = {
 # half a deck of unit length, from the stem
 _DECK = ((0.5, 0.0), (0.35, 0.09), (0.1, 0.13), (-0.3, 0.12), (-0.5, 0.08), (-0.5, 0.0))
 _SHIP_M = 30.0
-
-UnitQuaternion = tuple[float, float, float, float]
-"""A rotation: x, y, z, w."""
-
-
-def about_x(angle_rad: float) -> UnitQuaternion:
-    """Return the rotation by an angle about x."""
-    return float(np.sin(angle_rad / 2)), 0.0, 0.0, float(np.cos(angle_rad / 2))
-
-
-def turned_by(first: UnitQuaternion, second: UnitQuaternion) -> UnitQuaternion:
-    """Return the rotation that turns by `second` in the frame that `first` has turned."""
-    x, y, z, w = first
-    a, b, c, d = second
-    return (
-        w * a + x * d + y * c - z * b,
-        w * b - x * c + y * d + z * a,
-        w * c + x * b - y * a + z * d,
-        w * d - x * a - y * b - z * c,
-    )
 
 
 def clock_points(line: Line, magnify: float) -> FloatArray:
@@ -86,23 +68,23 @@ def marker(name: str, number: int, points: FloatArray, colour: str, width_m: flo
     return strip
 
 
-def transform(parent: str, child: str, rotation: UnitQuaternion) -> TransformStamped:
+def transform(parent: str, child: str, rotation: FloatArray) -> TransformStamped:
     """Return a transform without a stamp. All frames have the ship's origin."""
-    x, y, z, w = rotation
+    x, y, z, w = rotation.tolist()
     made = TransformStamped(child_frame_id=child)
     made.header.frame_id = parent
     made.transform.rotation = Quaternion(x=x, y=y, z=z, w=w)
     return made
 
 
-def moving(ship: UnitQuaternion, wheel: UnitQuaternion) -> list[TransformStamped]:
+def moving(ship: FloatArray, wheel: FloatArray) -> list[TransformStamped]:
     """Return the transforms of /tf."""
     return [transform('map', 'base_link', ship), transform('clock_case', 'wheel', wheel)]
 
 
 def fixed() -> list[TransformStamped]:
     """Return the transforms of /tf_static. A suspended case is shown at rest in its mount."""
-    still = (0.0, 0.0, 0.0, 1.0)
+    still = np.array([0.0, 0.0, 0.0, 1.0])
     chain = (('base_link', 'clock_mount'), ('clock_mount', 'clock_case'))
     return [transform(parent, child, still) for parent, child in chain]
 
@@ -128,7 +110,7 @@ class MarkersNode(GraphNode):
         for number, part in enumerate(draw_machine(self.settings.scene()).parts):
             strip = marker(part.name, number, clock_points(part, magnify), part.colour, width_m)
             (self._turning if part.moves_with == 'wheel' else self._fixed).append(strip)
-        self._ship: UnitQuaternion | None = None
+        self._ship: FloatArray | None = None
         self._angle_rad = 0.0
         self._stamp_ns = 0
         self._drawn_s = 0.0
@@ -168,9 +150,8 @@ class MarkersNode(GraphNode):
         """Keep the latest attitude and angle, and draw when due."""
         for topic, messages in payloads.items():
             samples, _ = self.decoded(topic, messages[-1:])
-            if isinstance(samples, ImuSamples):
-                x, y, z, w = samples.orientation[-1].tolist()
-                self._ship = x, y, z, w
+            if isinstance(samples, ImuSamples) and samples.orientation[-1].any():
+                self._ship = samples.orientation[-1]
                 self._stamp_ns = int(samples.stamp_ns[-1])
             elif isinstance(samples, JointSamples):
                 self._angle_rad = float(samples.position[-1, 0])
@@ -205,12 +186,13 @@ class MarkersNode(GraphNode):
         now_s = time.monotonic()
         if self._ship is None or now_s - self._drawn_s < 1.0 / self.settings['rate']:
             return
-        ship, wheel = self._ship, about_x(self._angle_rad)
+        ship, wheel = self._ship, quaternion_of_angles(self._angle_rad, 0.0, 0.0)
         self._ship, self._drawn_s = None, now_s
         second, nanosecond = divmod(self._stamp_ns, NS_PER_S)
         chain = moving(ship, wheel)
-        poses = ((self._fixed, ship), (self._turning, turned_by(ship, wheel)))
-        for strips, (x, y, z, w) in poses:
+        turned = (Rotation.from_quat(ship) * Rotation.from_quat(wheel)).as_quat()
+        for strips, pose in ((self._fixed, ship), (self._turning, turned)):
+            x, y, z, w = pose.tolist()
             for strip in strips:
                 strip.pose.orientation = Quaternion(x=x, y=y, z=z, w=w)
         for one in (*self._fixed, *self._turning, *chain):

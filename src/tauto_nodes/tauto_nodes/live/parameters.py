@@ -8,7 +8,6 @@ import os
 import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, TypeAlias
@@ -32,15 +31,6 @@ RCLError = rclpy_implementation.RCLError
 """What rcl refuses: `rclpy.exceptions` does not export it."""
 
 UnknownROSArgsError = rclpy_implementation.UnknownROSArgsError
-
-
-def check_executor(name: str) -> None:
-    """Raise ParameterError if this rclpy lacks the executor `events`."""
-    if name == 'events' and find_spec('rclpy.experimental.events_executor') is None:
-        raise ParameterError(
-            'executor = events: this rclpy lacks it before 7.1.4. Update ROS, or set '
-            'executor:=single'
-        )
 
 
 def overrides_of(node: Node) -> Mapping[str, RosParameter]:
@@ -486,5 +476,4 @@ def declare(node: Node, role: str) -> NodeSettings:
     node.add_on_set_parameters_callback(check)
     held = {name: node.get_parameter(name).value for name in table}
     values = {k: v if isinstance(v, bool | float | str) else tuple(v) for k, v in held.items()}
-    check_executor(str(values['executor']))
     return NodeSettings(MappingProxyType(values))

@@ -239,31 +239,25 @@ class StaticTransforms:
 class Mounting:
     """Turns the samples of a sensor into the axes of the clock.
 
-    If `imu_rotation` is empty the frame must be `clock_mount`, or have a static transform to it.
-    Other samples are ignored, and `trouble` names their frame.
+    All of them have one frame (`Intake`). If `imu_rotation` is empty that must be `clock_mount`,
+    or have a static transform to it. Other samples are ignored, and `trouble` names their frame.
     """
 
     def __init__(self, node: Node, imu_rotation: str) -> None:
         self._node = node
-        self._given = rotation_of(imu_rotation) if imu_rotation else None
+        self._mount = rotation_of(imu_rotation) if imu_rotation else None
         self._transforms: StaticTransforms | None = None
-        self._frame = MOUNT_FRAME
-        self._mount: FloatArray | None = None
         self.trouble = ''
 
     def applied(self, samples: ImuSamples) -> ImuSamples | None:
         """Return the samples in the axes of the clock, or `None` if the mounting is unknown."""
         frame = samples.frame_id
-        if self._given is not None:
-            return mounted(samples, self._given)
-        if frame == MOUNT_FRAME:
-            self.trouble = ''
-            return samples
-        if frame != self._frame or self._mount is None:
+        if self._mount is None and frame != MOUNT_FRAME:
             if self._transforms is None:
                 with suppress(ImportError):
                     self._transforms = StaticTransforms(self._node)
-            self._mount = None if self._transforms is None else self._transforms.to_clock(frame)
+            if self._transforms is not None:
+                self._mount = self._transforms.to_clock(frame)
             if self._mount is None:
                 asked = (
                     'tf2 has no static transform from it'
@@ -275,13 +269,13 @@ class Mounting:
                     f'port, z up), and {asked}. Its messages are ignored. Give the mounting of '
                     'the sensor: imu_rotation'
                 )
-                if words != self.trouble:
+                if not self.trouble:
                     self._node.get_logger().error(words)
                 self.trouble = words
                 return None
-            self._frame, self.trouble = frame, ''
+            self.trouble = ''
             self._node.get_logger().info(f'{SHIP_IMU}: frame {short(frame)} is turned by tf2')
-        return mounted(samples, self._mount)
+        return samples if self._mount is None else mounted(samples, self._mount)
 
 
 # -----------------------------------------------------------------------------

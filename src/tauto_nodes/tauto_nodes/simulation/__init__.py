@@ -12,17 +12,13 @@ from pathlib import Path
 
 from rclpy.utilities import get_rmw_implementation_identifier
 
-from tauto_core.files import one_writer
 from tauto_nodes import GraphError
 from tauto_nodes.live import (
     DOMAIN,
-    FOLDER_PREFIX,
     LAST_DOMAIN,
-    LOCK,
     RANGE,
     check_discovery,
     local_discovery,
-    remove_left,
 )
 
 
@@ -140,24 +136,16 @@ def graph_environment(namespace: str = '') -> Iterator[dict[str, str]]:
         domain.lock.close()
 
 
-@contextmanager
-def work_folder(parent: str | None) -> Iterator[Path]:
-    """Yield a folder for as long as the context lasts. Remove the folders of killed graphs.
+def work_folder(parent: str | None) -> tempfile.TemporaryDirectory[str]:
+    """Make a folder in `parent`, or among the system's temporary files. GraphError: it cannot be.
 
-    A folder with a free lock is not in use. The folder is made in `parent`, or among the system's
-    temporary files. GraphError: it cannot be made.
+    It is removed at the end of its context.
     """
-    place = Path(parent or tempfile.gettempdir())
-    remove_left(place)
+    place = parent or tempfile.gettempdir()
     try:
-        made = tempfile.TemporaryDirectory(prefix=FOLDER_PREFIX, dir=place)
+        return tempfile.TemporaryDirectory(prefix='tauto_graph_', dir=place)
     except OSError as error:
         raise GraphError(
             f'{place}: no folder can be made there ({error.strerror}), and a graph keeps its '
             'parameters in one. Make room, or set TMPDIR to another place'
         ) from error
-    with made as name:
-        # Under its final name another process could take the lock before this one has it.
-        lock = Path(name, 'not_locked_yet')
-        with one_writer(lock):
-            yield lock.rename(Path(name, LOCK)).parent

@@ -288,8 +288,9 @@ def run_graph(plan: GraphPlan, scene: Scene, progress: Callable[[float], None]) 
     with (
         Signals() as signals,
         graph_environment(plan.namespace) as environment,
-        work_folder(os.environ.get(FOLDER_VARIABLE)) as folder,
+        work_folder(os.environ.get(FOLDER_VARIABLE)) as place,
     ):
+        folder = Path(place)
         report = folder / 'report.json'
         if plan.changed:
             file = folder / 'scene.yaml'
