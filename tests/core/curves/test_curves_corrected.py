@@ -7,7 +7,7 @@ import mpmath
 import numpy as np
 import pytest
 from golden_numbers import GOLDEN
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tauto_core.curves import Involute, SpringCorrected, WeightCorrected
@@ -201,6 +201,7 @@ def pieces(law, angle):
     return polynomial(x), polynomial.deriv()(x), law.lifts[k] + polynomial.integ()(x)
 
 
+@settings(max_examples=25)
 @given(st.floats(1e-12, 1.0), st.sampled_from([math.inf, 0.1, 0.01]))
 def test_kernel_form_of_the_weight_cam(part, distance):
     cam = WeightCorrected(0.008, 125.0, distance)

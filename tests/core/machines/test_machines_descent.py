@@ -6,7 +6,6 @@ import mpmath
 import numpy as np
 import pytest
 from golden_numbers import entries
-from scipy.integrate import solve_ivp
 
 from tauto_core.curves import FluidTautochrone
 from tauto_core.curves.fluid import ActaCurve
@@ -99,45 +98,6 @@ def test_golden_series_of_the_half_swing_backward(entry):
         assert left == pytest.approx(expected[6] * q**6, rel=20.0 * q, abs=1e-15)
 
 
-def motion(curve, start, times, *, direction, friction=0.0):
-    """s and ds/dt by DOP853 of s̈ = −γg p(s) ∓ (κṡ² + γgμ), in the direction of the motion."""
-
-    def law(_, y):
-        drag = curve.kappa * y[1] ** 2 + curve.gamma * G * friction
-        return [y[1], -curve.gamma * G * float(curve.slope(y[0])) - direction * drag]
-
-    found = solve_ivp(law, (0.0, times[-1]), [start, 0.0], 'DOP853', times, rtol=1e-13, atol=1e-16)
-    return found.y
-
-
-@pytest.mark.parametrize('friction', [0.0, 0.03])
-@pytest.mark.parametrize('start', [0.01, 0.3, 0.66])
-def test_a_half_swing_forward_is_that_of_the_integrated_motion(start, friction):
-    """This holds with constant friction too, which changes the curve and not the motion (35)."""
-    curve = FluidTautochrone(0.75, 0.9, 1.0, friction)
-    times = np.linspace(0.0, 2.0 * quarter(curve), 41)
-    arc, rate = euler_half_swing(curve, G, start, times)
-    expected = motion(curve, start, times, direction=-1.0, friction=friction)
-    np.testing.assert_allclose(arc, expected[0], atol=2e-12 * start)
-    np.testing.assert_allclose(rate, expected[1], atol=1e-11 * start)
-
-
-@pytest.mark.parametrize('start', [1e-6, 0.05, 0.5, 2.0, 20.0])
-def test_a_half_swing_backward_is_that_of_the_integrated_motion(start):
-    curve = FluidTautochrone(1.0, 0.9, 1.5)
-    omega = math.sqrt(G / 1.5)
-    whole = math.pi / omega * (1.0 + float(duration_excess(1.0, start)))
-    times = np.linspace(0.0, whole, 41)
-    arc, rate = reverse_half_swing(1.0, omega, np.full(41, start), times)
-    # next to the standstill at w = −1 an error grows as e^{ωt}, here to e^{12} of the tolerance
-    loose = 1e-11 if start < 10.0 else 1e-6
-    expected = motion(curve, -start, times, direction=1.0)
-    np.testing.assert_allclose(arc, expected[0], atol=loose * start)
-    np.testing.assert_allclose(rate, expected[1], atol=loose * max(start, 1.0))
-    assert float(arc[-1]) == pytest.approx(float(end_arc(1.0, start)), rel=1e-14)
-    assert float(end_arc(1.0, start)) < math.log(1.5)
-
-
 @pytest.mark.parametrize('start', [1e-9, 0.5, 8.0, 30.0])
 def test_a_half_swing_backward_keeps_its_digits(start):
     """W = W₂ − (W₂ + q) sn²(K − u) in 60 digits. The rounding grows as e^{κs₁/2}."""
@@ -159,20 +119,6 @@ def test_a_half_swing_backward_keeps_its_digits(start):
         [float(each) for each in expected],
         atol=2e-15 * min(start, 1.0) * math.exp(0.5 * start),
     )
-
-
-def test_without_a_fluid_both_ways_are_harmonic():
-    free, times = FluidTautochrone(0.0, 1.0, 1.0), np.linspace(0.0, 1.0, 7)
-    omega = math.sqrt(G)
-    forward = euler_half_swing(free, G, 0.3, times)
-    backward = reverse_half_swing(0.0, omega, np.full(7, 0.3), times)
-    for found, sign in ((forward, 1.0), (backward, -1.0)):
-        np.testing.assert_allclose(found[0], sign * 0.3 * np.cos(omega * times), atol=1e-15)
-        np.testing.assert_allclose(
-            found[1], -sign * 0.3 * omega * np.sin(omega * times), atol=2e-15
-        )
-    assert float(duration_excess(0.0, 0.3)) == 0.0
-    assert arcs(free, 0.02).loss == 0.0
 
 
 def test_each_start_of_the_acta_needs_its_own_curve():

@@ -10,15 +10,14 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.integrate import quad, solve_ivp
+from scipy.integrate import solve_ivp
 
 from tauto_core import sail
 from tauto_core.curves import SpringCorrected
 from tauto_core.curves.cam import ForceLaw
 from tauto_core.ensembles.budget import _larger_cheek
 from tauto_core.machines import Machine, compile_machine
-from tauto_core.machines.powers import ForceTablePower
-from tauto_core.scene import Scene, SceneError, load_scene, parse_scene, scene_yaml
+from tauto_core.scene import Scene, SceneError, load_scene
 
 INERTIA = 4e-4
 AREA, OUTSIDE = 1e-4, 101325.0
@@ -110,18 +109,6 @@ def period(law: Any, arm: Any, amplitude: float, end_s: float = 2.0) -> float:
 # The force and its energy.
 
 
-@pytest.mark.parametrize(
-    ('name', 'within'), [('condensed', 1e-9), ('rarefied', 2e-8), ('chord', 1e-10)]
-)
-def test_the_spline_is_as_near_as_its_error(name: str, within: float) -> None:
-    """Between 21 points. The error of a quintic spline falls as spacing⁶."""
-    law, lift = LAWS[name], np.linspace(0.0, END, 997)
-    fine = ForceLaw(tuple(map(tuple, points(law)))).force(lift) / law(lift) - 1.0
-    coarse = ForceLaw(tuple(map(tuple, points(law, 11)))).force(lift) / law(lift) - 1.0
-    assert np.abs(fine).max() < within
-    assert np.abs(coarse).max() > 10.0 * np.abs(fine).max()
-
-
 def test_the_energy_of_condensed_air_is_boyles() -> None:
     found = machine(table(condensed, 81))
     angle = np.linspace(0.1, 2.8, 12)
@@ -201,49 +188,27 @@ def test_its_own_cam_makes_the_true_force_isochronous(
     assert period(law, arm, 0.9 * found.range_rad) == pytest.approx(1.0, rel=within)
 
 
-def test_the_lever_arm_is_by_the_quadrature_of_its_energy() -> None:
-    """E(h) = ½ I ω² ϑ², with Boyle's E and h = ∫ t dϑ of the cam by quadrature."""
-    cam = machine(table(condensed, 81), OWN, 0.5).cam.cam
-    for angle in (0.5, 2.0, 3.4):
-        lift, _ = quad(lambda x: float(cam.lever_arm(x)), 0.0, angle, epsabs=1e-15)
-        wanted = 0.5 * INERTIA * math.tau**2 * angle**2
-        assert condensed_energy(lift) == pytest.approx(wanted, rel=1e-8)
-
-
-ROLL = {'kind': 'components', 'components': [{'amplitude': 0.1, 'period': 9.0, 'phase': 0.4}]}
-
-
-@pytest.mark.parametrize(
-    ('ship', 'drag'),
-    [(None, None), (ROLL, None), (ROLL, {'viscous': 2e-5})],
-    ids=['land', 'sea', 'damped'],
-)
-def test_it_sails_as_dop853_does(ship: dict[str, Any] | None, drag: dict[str, Any] | None) -> None:
-    """θ̈ = −F(h) t/I − c₁θ̇/I − ρ̈, with F by Horner's scheme of the spline, over four swings."""
+def test_it_sails_as_dop853_does() -> None:
+    """θ̈ = −F(h) t/I − ρ̈ at sea, with F by Horner's scheme of the spline, over two swings."""
+    roll = {'amplitude': 0.1, 'period': 9.0, 'phase': 0.4}
     given = scene(
         table(condensed),
         release=2.0,
-        duration=4.0,
+        duration=2.0,
         log={'interval': 1.0},
         solver={'tolerance': 1e-13},
-        **({} if ship is None else {'ship': ship}),
-        **({} if drag is None else {'drag': drag}),
+        ship={'kind': 'components', 'components': [roll]},
     )
-    law = ForceLaw(tuple(map(tuple, points(condensed))))
-    viscous = 0.0 if drag is None else drag['viscous'] / INERTIA
+    law, omega = ForceLaw(tuple(map(tuple, points(condensed)))), math.tau / 9.0
 
     def motion(time: float, y: np.ndarray) -> list[float]:
         force = float(law.force(0.0025 * y[0] ** 2)) * 0.005 * y[0] / INERTIA
-        omega = math.tau / 9.0
-        roll = 0.0 if ship is None else -0.1 * omega**2 * math.cos(omega * time + 0.4)
-        return [y[1], -force - viscous * y[1] - roll]
+        return [y[1], -force + 0.1 * omega**2 * math.cos(omega * time + 0.4)]
 
     found = sail(given).samples['trochlea/joint_states']
-    wanted = solve_ivp(
-        motion, (0.0, 4.0), [2.0, 0.0], 'DOP853', [1.0, 2.0, 3.0, 4.0], rtol=1e-13, atol=1e-14
-    )
-    np.testing.assert_allclose(found.position[-4:, 0], wanted.y[0], atol=1e-12)
-    np.testing.assert_allclose(found.velocity[-4:, 0], wanted.y[1], atol=5e-12)
+    wanted = solve_ivp(motion, (0.0, 2.0), [2.0, 0.0], 'DOP853', rtol=1e-13, atol=1e-14)
+    np.testing.assert_allclose(found.position[-1, 0], wanted.y[0, -1], atol=1e-12)
+    np.testing.assert_allclose(found.velocity[-1, 0], wanted.y[1, -1], atol=5e-12)
 
 
 # -----------------------------------------------------------------------------
@@ -309,15 +274,6 @@ def test_a_table_too_short_for_the_release_is_refused(cam: dict[str, Any]) -> No
     with pytest.raises(SceneError, match=r'give trochlea\.power\.points up to a') as caught:
         sail(scene(table(condensed, 21, 0.005), cam, 2.0))
     assert caught.value.key == 'trochlea.release_angle'
-
-
-def test_it_is_kept_in_a_scene() -> None:
-    given = scene(table(chord))
-    assert given.trochlea is not None
-    again = parse_scene(scene_yaml(given), 'again').trochlea
-    assert again is not None
-    assert isinstance(again.power, ForceTablePower)
-    assert again.power == given.trochlea.power
 
 
 def test_a_larger_cheek_is_the_machine_with_it() -> None:

@@ -59,22 +59,10 @@ def test_the_period_is_that_of_fifty_digits(name):
         assert value == pytest.approx(known, rel=TOLERANCE, abs=0.0), key
 
 
-def test_a_swing_takes_as_long_from_either_end():
-    """One swing is named by either of its turning points, the far one to rounding."""
-    for amplitude in (0.3, 1.0, -1.0, 2.0):
-        far = SULLY.far_turning(amplitude)
-        assert far * amplitude < 0.0
-        assert abs(far) != abs(amplitude)
-        assert SULLY.period(far) == pytest.approx(SULLY.period(amplitude), rel=1e-13)
-        assert SULLY.potential(far) == pytest.approx(float(SULLY.potential(amplitude)), rel=1e-13)
-
-
 GEOMETRIES = [
     LeverGeometry(0.02, 0.1, 0.3),
-    LeverGeometry(0.005, 0.2, 1.0),
     LeverGeometry(0.02, 1.0, 0.03),
     LeverGeometry(0.1, 0.01, 0.3),
-    LeverGeometry(0.02, 0.1, 30.0),
 ]
 
 

