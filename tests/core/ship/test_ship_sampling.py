@@ -59,7 +59,7 @@ def test_the_remainder_is_that_of_the_polynomials_of_a_piece(stride, slopes, ins
 
 
 def test_finer_accuracies_need_higher_rates_and_the_bag_has_them():
-    for name in ('portsmouth_jamaica', 'clock_involute_weight', 'coach_1724', 'measured'):
+    for name in ('portsmouth_jamaica', 'clock_involute_weight', 'measured'):
         scenes = [load_scene(name, **{'solver.accuracy': asked}) for asked in ASKED]
         rates = [scene.ship.rate for scene in scenes]
         assert rates == sorted(rates, reverse=True)
@@ -120,10 +120,10 @@ def test_samples_cannot_be_better_than_rounding():
 # scene, changes, duration
 REACHED: tuple[tuple[str, dict[str, object], float], ...] = (
     ('involute_weight_at_sea', {}, 600.0),
-    ('sully_lever_at_sea', {}, 300.0),
-    ('clock_own_cam_weight', {'suspension': ABSENT}, 900.0),
-    ('clock_hanging_thread', {}, 900.0),
-    ('suspended_weight_at_sea', {}, 600.0),
+    ('sully_lever_at_sea', {}, 60.0),
+    ('clock_own_cam_weight', {'suspension': ABSENT}, 600.0),
+    ('clock_hanging_thread', {}, 300.0),
+    ('suspended_weight_at_sea', {}, 300.0),
 )
 
 
@@ -162,7 +162,9 @@ STEEP_WEIGHT = {
 }
 
 
-def steep_sea(height: float, *, waves: int, hull: bool, rate: float | None = None) -> Scene:
+def steep_sea(
+    height: float, *, waves: int, hull: bool, rate: float | None = None, lasts_s: float = 1800.0
+) -> Scene:
     """Return half an hour in a beam sea with its peak at the roll period, 9 s.
 
     With a rate, that and a fine tolerance are stated.
@@ -180,7 +182,7 @@ def steep_sea(height: float, *, waves: int, hull: bool, rate: float | None = Non
     stated: dict[str, object] = {}
     if rate is not None:
         ship['rate'], stated['solver'] = rate, {'tolerance': 2e-12}
-    scene = {'duration': 1800.0, 'trochlea': STEEP_WEIGHT, 'ship': ship, **stated}
+    scene = {'duration': lasts_s, 'trochlea': STEEP_WEIGHT, 'ship': ship, **stated}
     return parse_scene(json.dumps(scene), 'steep')
 
 
@@ -208,7 +210,7 @@ def test_a_sea_too_steep_for_any_rate_is_reported():
     """At 7 m the case leans so far from the apparent vertical, at 1.18 rad, that the thread cannot
     follow it: its law changes there, and the reading errs by 1e-3 s at 8 Hz and 1e-4 s at 40 Hz.
     """
-    steep = steep_voyage(7.0, waves=64, hull=True)
+    steep = sail(steep_sea(7.0, waves=64, hull=True, lasts_s=600.0))
     assert any('solver.accuracy' in warning for warning in steep.result['warnings'])
     assert steep.result['accuracy']['bound_s_per_day'] > 1e-3
     less = steep_voyage(6.0, waves=64, hull=True)
@@ -252,10 +254,10 @@ HANGING: dict[str, Any] = {
 def test_a_steep_roll_has_overtones_which_its_waves_have_not(content, coarse_hz):
     """Without a stated accuracy there is no bound, so the default must hold in any sea. At the 8
     and 5 Hz that do for the waves of the roll alone, the readings err by 0.05 and 0.002 s: against
-    those at 100 Hz, which DOP853 has too, written from the Lagrangians.
+    those at 50 Hz, which DOP853 has too, written from the Lagrangians.
     """
     readings = [sail(built(content)).clock_error_s]
-    for rate in (coarse_hz, 100.0):
+    for rate in (coarse_hz, 50.0):
         sampled = built(
             content, ship={**content['ship'], 'rate': rate}, solver={'tolerance': 1e-12}
         )
@@ -285,12 +287,12 @@ def test_the_first_window_of_a_thread_that_swings_counts_as_all():
 
 
 def test_a_cheek_without_an_escapement_reaches_the_default():
-    """Its energy errs at every kink, and its rate more and more: in two hours by 1.3e-6 s at the
+    """Its energy errs at every kink, and its rate more and more: in an hour by 6e-7 s at the
     tolerance for cheeks with an escapement.
     """
     ship = rolling(4.2, (0.025, 10.13, 0.73), (0.048, 14.11, 1.06), (0.049, 12.65, 2.97))
     content = {
-        'duration': 7200.0,
+        'duration': 3600.0,
         'trochlea': {
             'inertia': 4e-4,
             'cam': {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': 0.01},
@@ -307,7 +309,7 @@ def test_a_cheek_without_an_escapement_reaches_the_default():
 
 
 def test_a_chaotic_clock_is_promised_no_accuracy():
-    voyage = sail('hanging_thread_at_sea', duration=DAY_S / 4.0, **{'solver.accuracy': 1e-6})
+    voyage = sail('hanging_thread_at_sea', duration=DAY_S / 12.0, **{'solver.accuracy': 1e-6})
     assert not voyage.result['accuracy']['holds']
     assert any('solver.accuracy' in warning for warning in voyage.result['warnings'])
 

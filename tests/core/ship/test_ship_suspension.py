@@ -22,12 +22,9 @@ from tauto_core.machines import compile_machine
 from tauto_core.machines.axle_pendulum import AxlePendulum, AxleState, SupportMotion, modes
 from tauto_core.motion.axle import forces
 from tauto_core.samples import (
-    JOINT_STATES,
     READING,
     SHIP_IMU,
-    Batches,
     ImuSamples,
-    JointSamples,
     join,
     take,
 )
@@ -327,70 +324,6 @@ def test_a_coarse_accuracy_takes_a_third_of_the_samples(monkeypatch):
     apart_s = np.max(np.abs(read[0] - read[1])) * 1e-9
     # half an hour may err as much as a day
     assert 0.0 < apart_s < 0.01 * asked
-
-
-def test_a_wide_swing_is_sampled_as_its_overtones_need():
-    """The wheel on a case that swings by 1 rad, against DOP853 with case and wheel together.
-
-    A massless weight on Euler's second cam feels only φ and N/M. The case is sampled for it with
-    an error of 1e-11 of its swing. As finely as the fast mode alone needs, it is 4e-8.
-    """
-    e, c, k, height, inertia, rate, mass = 0.3, 0.3, 0.3, 12.9, 1e-4, 0.002, 0.06
-    waves = {'amplitude': 0.195, 'period': 4.32, 'phase': 1.0}
-    hung = {'kind': 'axle', 'support_radius': 0.32, 'axle_radius': 0.02, 'depth': c}
-    scene = load_scene(
-        'ideal',
-        duration=10.0,
-        trochlea={
-            'inertia': inertia,
-            'cam': {'kind': 'hole', 'lever_rate': rate},
-            'thread': {'kind': 'hole', 'distance': 0.3},
-            'power': {'kind': 'weight', 'mass': mass, 'massless': True},
-            'release_angle': 0.6,
-        },
-        ship={'kind': 'components', 'components': [waves], 'rate': 20.0, 'height': height},
-        suspension=hung | {'gyration_radius': k, 'large_angles': True},
-        clock={},
-        log={'interval': 1.0},
-    )
-    frequency = math.tau / waves['period']
-
-    def acceleration(t):
-        turn = frequency * t + waves['phase']
-        rho = waves['amplitude'] * math.cos(turn)
-        rho1 = -waves['amplitude'] * frequency * math.sin(turn)
-        rho2 = -(frequency**2) * rho
-        lateral = -height * (rho2 * math.cos(rho) - rho1**2 * math.sin(rho))
-        return lateral, -height * (rho2 * math.sin(rho) + rho1**2 * math.cos(rho))
-
-    def moved(t, y):
-        theta, phi, theta1, phi1, psi, psi1 = y
-        lateral, upwards = acceleration(t)
-        weight, delta = scene.g + upwards, phi - theta
-        contact = weight * math.cos(theta) - lateral * math.sin(theta)
-        contact += e * theta1**2 + c * phi1**2 * math.cos(delta)
-        contact /= 1.0 + (c / k * math.sin(delta)) ** 2
-        phi2 = -contact * c * math.sin(delta) / k**2
-        across = weight * math.sin(theta) + lateral * math.cos(theta)
-        theta2 = -across - c * phi2 * math.cos(delta) + c * phi1**2 * math.sin(delta)
-        torque = -mass * contact * rate * (psi - phi)
-        return theta1, phi1, theta2 / e, phi2, psi1, torque / inertia
-
-    lateral, upwards = acceleration(0.0)
-    tilt = math.atan2(-lateral, scene.g + upwards)
-    batches: list[Batches] = []
-    sail(scene, watch=batches.append)
-    found_in = [each[JOINT_STATES] for each in batches if JOINT_STATES in each]
-    wheel = join([each for each in found_in if isinstance(each, JointSamples)])
-    times = (wheel.stamp_ns - scene.starts_at_ns) * 1e-9
-    start = [tilt, tilt, 0.0, 0.0, 0.6 + tilt, 0.0]
-    found = solve_ivp(
-        moved, (0.0, 10.0), start, 'DOP853', times, rtol=1e-12, atol=1e-13, max_step=0.05
-    )
-    theta = found.y[4] - found.y[1]
-    assert np.max(np.abs(found.y[1])) > 0.9
-    swing = np.max(np.abs(theta))
-    np.testing.assert_allclose(wheel.position[:, 0], theta, rtol=0, atol=1e-10 * swing)
 
 
 def test_a_rate_too_low_for_wide_swings_names_one_that_works():

@@ -302,7 +302,7 @@ def make_trial(
 
     def sound() -> Iterator[LoggedPassage]:
         for passage in read_passages(logs, progress=progress):
-            fault = passage.fault()
+            fault = next(passage.problems(), None)
             if fault is None and not any(map(has_wind, passage.entries)):
                 key = f'passage {passage.name}, wind_mps'
                 fault = Problem(key, ABSENT, 'has no wind to make a sea', 'Give it some.')

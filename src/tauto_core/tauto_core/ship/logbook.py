@@ -82,9 +82,6 @@ WINDY_MPS = 13.0
 371 passages of CLIWOC have 4.0 to 12.6 m/s. Their median, 7.9 m/s, is 15.4 knots.
 """
 
-MOST_ROWS_TOLD = 12
-"""Wrong rows that an error lists after the first. `tauto logbook` lists all."""
-
 FORMS = (
     'our columns (passage, utc, latitude, longitude, wind_from_deg, wind_mps), a table of CLIWOC, '
     'release 2.1, or GPX tracks'
@@ -133,17 +130,6 @@ class LoggedPassage:
                 place += f', row {item.entry + 1} ({self.unit} {self.lines[item.entry]})'
             key = f'{place}, {item.column}' if item.column else place
             yield Problem(key, item.value, item.problem, item.remedy)
-
-    def fault(self) -> Problem | None:
-        """Return the first problem, with the rows of the others in one line, or `None`."""
-        problems = list(self.problems())
-        if len(problems) < 2:
-            return problems[0] if problems else None
-        head, *tail = problems
-        rows = [part for item in tail for part in re.findall(r', row (\d+) ', item.key)]
-        numbers = ', '.join(rows[:MOST_ROWS_TOLD]) + ', …' * (len(rows) > MOST_ROWS_TOLD)
-        problem = f'{head.problem} (wrong too: {counted(len(rows), "row")}, {numbers})'
-        return Problem(head.key, head.value, problem, head.remedy)
 
     @property
     def days(self) -> float:
