@@ -349,14 +349,6 @@ def test_overtaken_waves_are_damped_as_well(ship):
     assert strong < 0.6 * weak
 
 
-def test_a_slow_ship_is_nearly_one_at_rest(ship):
-    omega = unit(ship) * np.linspace(0.3, 4.5, 40)
-    for heading in HEADINGS:
-        at_rest = ship.response(omega, heading).accelerations(ClockPlace(5.0, 0.0, 1.0))
-        slow = ship.response(omega, heading, 1e-4).accelerations(ClockPlace(5.0, 0.0, 1.0))
-        np.testing.assert_allclose(slow, at_rest, atol=2e-3 * np.abs(at_rest).max())
-
-
 # -----------------------------------------------------------------------------
 # Files, and bad input.
 

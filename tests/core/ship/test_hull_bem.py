@@ -34,9 +34,9 @@ class TestWithCapytaine:
     def _capytaine(self):
         pytest.importorskip('capytaine')
 
-    def write(self, path, mesh, *, half=False):
+    def write(self, path, mesh):
         """Write panels in NEMOH's format, which needs no other library."""
-        lines = [f'2 {int(half)}']
+        lines = ['2 0']
         lines += [f'{k} {x} {y} {z}' for k, (x, y, z) in enumerate(mesh.vertices, start=1)]
         lines += ['0 0 0 0']
         lines += [' '.join(str(k + 1) for k in face) for face in mesh.faces]
@@ -53,12 +53,6 @@ class TestWithCapytaine:
         # integrals of y = (1 - u^2)/2 by hand: y^3 and x^2 y over the length
         assert across == pytest.approx(2.0 / 3.0 * 5.0 * 0.125 * 32.0 / 35.0, rel=5e-3)
         assert along == pytest.approx(1000.0 / 8.0 * 4.0 / 15.0, rel=5e-3)
-
-    def test_a_lid_is_the_same_on_both_sides(self):
-        lid = hull_bem._lid(hull_bem.form_mesh(WIGLEY, 16, 4))
-        y = lid.faces_centers[:, 1]
-        assert np.sum(y > 0.0) == np.sum(y < 0.0) > 0
-        assert abs(np.sum(y * lid.faces_areas)) < 1e-9
 
     def test_a_coarse_hull_has_the_coefficients_of_a_hull(self, tmp_path):
         """Few panels and frequencies: hydrostatics, symmetry, Haskind's relation to 10 %."""
@@ -89,13 +83,6 @@ class TestWithCapytaine:
         assert read.disp_volume == pytest.approx(mesh.disp_volume)
         assert read.vertices[:, 0].min() == pytest.approx(-5.0)
 
-    def test_a_file_may_hold_one_side_and_say_so(self, tmp_path):
-        mesh = hull_bem.form_mesh(WIGLEY, 12, 4)
-        side = mesh.extract_faces(np.arange(mesh.nb_faces // 2))
-        self.write(tmp_path / 'half.nemoh', side, half=True)
-        read = hull_bem.read_mesh(tmp_path / 'half.nemoh')
-        assert read.disp_volume == pytest.approx(mesh.disp_volume)
-
     def test_meshes_that_are_no_hull_are_refused(self, tmp_path):
         mesh = hull_bem.form_mesh(WIGLEY, 12, 4)
         cases = {
@@ -117,15 +104,13 @@ class TestWithCapytaine:
         with pytest.raises(HullError, match='there is no such file'):
             hull_bem.read_mesh(tmp_path / 'none.nemoh')
 
-    def test_too_many_panels_are_refused_before_anything_is_solved(self, monkeypatch):
-        monkeypatch.setattr(hull_bem, 'MOST_PANELS', 100)
-        with pytest.raises(HullError, match='must have at most 100'):
-            hull_bem.compute(hull_bem.form_mesh(WIGLEY, 14, 4), 'Wigley')
-
-    def test_a_mesh_of_440_m_is_refused(self):
-        mesh = hull_bem.form_mesh(WIGLEY, 12, 4)
+    def test_hulls_are_refused_before_anything_is_solved(self, monkeypatch):
+        mesh = hull_bem.form_mesh(WIGLEY, 14, 4)
         with pytest.raises(HullError, match='length = 440'):
             hull_bem.compute(_changed(mesh, 44.0), 'x')
+        monkeypatch.setattr(hull_bem, 'MOST_PANELS', 100)
+        with pytest.raises(HullError, match='must have at most 100'):
+            hull_bem.compute(mesh, 'Wigley')
 
 
 def _changed(mesh, size, *, turned=False):

@@ -30,7 +30,7 @@ from tauto_core.samples import (
 )
 from tauto_core.scene import SceneError, load_scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import PropagationError
-from tauto_core.ship import ShipMotion, attitude
+from tauto_core.ship import ShipMotion
 from tauto_core.ship.buffer import sensed_parts, sensed_step_ns
 from tauto_core.ship.imu import imu_from_roll
 from tauto_core.ship.suspension import Suspension
@@ -198,27 +198,6 @@ def test_a_bearing_at_the_roll_axis_leaves_the_case_alone(large):
     np.testing.assert_allclose([phi, theta], 0.0, rtol=0, atol=1e-14)
     np.testing.assert_allclose(phi_rate, 0.0, rtol=0, atol=1e-12)
     np.testing.assert_allclose(contact, G, rtol=1e-14)
-
-
-@pytest.mark.parametrize(('large', 'close'), [(False, 2e-2), (True, 5e-3)])
-def test_in_slow_motion_the_case_follows_the_apparent_vertical(large, close):
-    """(ship.1) from the ship's own sensor: β and g_eff, to (Ω/ω)², here a thousandth.
-
-    Small angles leave the changes of gravity out of θ: another hundredth here.
-    """
-    waves = [{'amplitude': 0.3, 'period': 25.0}]
-    scene = rolling(waves, height=20.0, suspension__large_angles=large)
-    ship = attitude(motion_of(scene))
-    beta = ship.roll + np.arctan2(-ship.force_y, ship.force_z)
-    g_eff = np.hypot(ship.force_y, ship.force_z)
-    _, phi, _, theta, contact = in_the_case(scene)
-    parts = sensed_parts(scene)
-    n = len(phi[::parts])
-    size = np.max(np.abs(beta))
-    assert size > 0.03
-    np.testing.assert_allclose(phi[::parts], beta[:n], rtol=0, atol=close * size)
-    np.testing.assert_allclose(theta[::parts], beta[:n], rtol=0, atol=close * size)
-    np.testing.assert_allclose(contact[::parts], g_eff[:n], rtol=1e-4)
 
 
 def test_signs_of_a_heel_and_of_a_push_to_port():

@@ -151,7 +151,10 @@ def compute(
     capytaine = solver()
     length, beam, draught = np.ptp(mesh.vertices, axis=0).tolist()
     check_proportions(length, beam, draught)
-    cover = _lid(mesh) if lid else None
+    cover = None
+    if lid:  # half of it, mirrored, since the panels of a whole one are not symmetric
+        side = mesh.generate_lid().clipped(origin=(0.0, 0.0, 0.0), normal=(0.0, -1.0, 0.0))
+        cover = side.join_meshes(side.mirrored('xOz'))
     panels = mesh.nb_faces + (cover.nb_faces if cover is not None else 0)
     if panels > MOST_PANELS:
         raise HullError(
@@ -214,12 +217,6 @@ def compute(
         damping=_even(damping / (length**3 * unit * powers)),
         excitation=force,
     )
-
-
-def _lid(mesh: Any) -> Any:
-    """Return symmetric panels of the water inside the hull."""
-    side = mesh.generate_lid().clipped(origin=(0.0, 0.0, 0.0), normal=(0.0, -1.0, 0.0))
-    return side.join_meshes(side.mirrored('xOz'))
 
 
 def _even(matrices: FloatArray) -> FloatArray:
