@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -12,7 +11,6 @@ from scipy.spatial.transform import Rotation
 
 from tauto_core.samples import READING, SHIP_IMU, FloatArray, ImuSamples, SpatialImu, join, take
 from tauto_core.scene import Scene, load_scene
-from tauto_core.scene.errors import ABSENT
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.imu import (
     ShipAngles,
@@ -166,40 +164,6 @@ def test_logging_the_motion_does_not_change_the_reading() -> None:
     assert (SHIP_IMU in one.samples, SHIP_IMU in other.samples) == (True, False)
     said = [each.samples[READING] for each in (one, other)]
     assert said[0].time_ref_ns.tobytes() == said[1].time_ref_ns.tobytes()
-
-
-CORK = {
-    'ship.hull': ABSENT,
-    'ship.clock': ABSENT,
-    'ship.heave': True,
-    'ship.roll.slope_coefficient': 0.7,
-}
-
-
-@pytest.mark.parametrize('changes', [{}, CORK])
-def test_parts_of_a_motion_are_read_like_the_whole(
-    changes: dict[str, Any], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    scene, summed = at_sea(**changes), list[int]()
-    sensed, once = ShipMotion(scene).sense(100), ShipMotion(scene).sense(100)
-    between = SampledHarmonics.between
-
-    def counted(self: SampledHarmonics, first: int, last: int, *orders: int) -> Any:
-        summed.append(last - first)
-        return between(self, first, last, *orders)
-
-    monkeypatch.setattr(SampledHarmonics, 'between', counted)
-    whole, in_one = message(once), sum(summed)
-    summed.clear()
-    before, after = parted(sensed, 30)
-    assert not isinstance(sensed, ImuSamples)
-    assert len(before.stamp_ns) == 30
-    for part, rows in ((before, slice(0, 30)), (after, slice(30, 100))):
-        read = message(part)
-        assert read.stamp_ns.tolist() == whole.stamp_ns[rows].tolist()
-        assert read.orientation.tobytes() == whole.orientation[rows].tobytes()
-        assert read.linear_acceleration.tobytes() == whole.linear_acceleration[rows].tobytes()
-    assert sum(summed) == in_one > 0
 
 
 def test_parts_that_fit_the_cache_have_the_bits_of_the_whole(

@@ -329,7 +329,7 @@ def _wrong(
     force = force_at(_Times(starts / rate, np.concatenate([nodes, places]) / rate))
     sampled, exact = np.split(getattr(force, part), [len(nodes)], axis=2)
     heavy = np.min(force.whole[1], axis=1) > NEARLY_WEIGHTLESS
-    return np.abs(sampled @ values.T - exact)[:, heavy]
+    return np.asarray(np.abs(sampled @ values.T - exact)[:, heavy])
 
 
 ComplexArray: TypeAlias = NDArray[np.complex128]

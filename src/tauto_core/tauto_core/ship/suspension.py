@@ -215,19 +215,15 @@ class BearingBuffer(MotionBuffer):
         super().__init__(
             apparent_vertical=True,
             apparent_gravity=True,
-            still=scene.lies_still,
+            still=False,
             step_ns=scene.step_ns,
             max_gap_s=max_gap_s,
             plane=hung.plane or 'ship',
-            stride=1,
-            smooth=False,
         )
         self._felt_ns = sensed_step_ns(scene)
 
     def channel_names(self) -> tuple[str, ...]:
         """Return the names of both components of the specific force, and of the roll."""
-        if self._still:
-            return ()
         return ('sway', 'lift', 'roll', 'roll_rate') if self._rolls else ('sway', 'lift')
 
     def fill(self, imu: Sensed | HungImu, new: dict[str, FloatArray]) -> None:

@@ -280,7 +280,7 @@ class SeaShip(ShipKind):
 
     def metadata(self, scene: Surroundings) -> dict[str, Any]:
         """Return a description of the sea, or of the seas, and of how the ship meets it."""
-        shared = {'seed': scene.seed, 'heave': self.heave or self.turns_in_space}
+        shared: dict[str, Any] = {'seed': scene.seed, 'heave': self.heave or self.turns_in_space}
         if self.rao is not None:
             shared['operator'] = self.rao.source
         elif self.hull is not None:
