@@ -7,7 +7,6 @@ from base64 import b64decode
 from html import unescape
 from io import BytesIO
 from pathlib import Path
-from xml.etree import ElementTree as ET
 
 import numpy as np
 import pytest
@@ -17,23 +16,16 @@ from PIL import Image
 
 import tauto_core as tauto
 from tauto_core.plots.chart import COLOURS, Chart, Line, draw
-from tauto_core.plots.picture import LARGEST_SVG, picture_html
+from tauto_core.plots.picture import picture_html
 
 MOST = 80_000
 """Characters that a result may have: a notebook of fifty stays below the 4 MB of a screen."""
 
 
-def pictures(html: str) -> list[tuple[str, bytes]]:
-    """Return the kind and the bytes of each image of a page."""
-    found = re.findall(r'src="data:image/(\S+);base64,([^"]+)"', html)
-    return [(kind, b64decode(content)) for kind, content in found]
-
-
-def words(html: str) -> str:
-    """Return the text of the one SVG image of a page."""
-    [(kind, content)] = pictures(html)
-    assert kind == 'svg+xml'
-    return ' '.join(ET.fromstring(content).itertext())
+def picture(html: str) -> Image.Image:
+    """Return the one image of a page."""
+    [content] = re.findall(r'src="data:image/png;base64,([^"]+)"', html)
+    return Image.open(BytesIO(b64decode(content)))
 
 
 @pytest.fixture(scope='module')
@@ -44,7 +36,7 @@ def voyage() -> tauto.Voyage:
 def test_a_voyage_is_its_answer_and_its_error(voyage: tauto.Voyage) -> None:
     shown = voyage._repr_html_()
     assert voyage.answer in unescape(shown)
-    assert 'error of the clock' in words(shown)
+    assert picture(shown).size == (921, 576)
     assert len(shown) < MOST
 
 
@@ -52,18 +44,7 @@ def test_a_picture_is_shown_and_still_a_figure() -> None:
     drawn = tauto.plot(tauto.sail('measured', duration=60.0), 'error')
     assert isinstance(drawn, Figure)
     shown = drawn._repr_html_()
-    assert 'reading − true time [s]' in words(shown)
     assert 'alt="Error of the clock. reading − true time [s] against time' in shown
-
-
-def test_a_large_picture_is_shown_in_dots() -> None:
-    figure = Figure()
-    axes = figure.subplots()
-    for _ in range(20):
-        axes.plot(range(2000), [number % 7 for number in range(2000)])
-    [(kind, content)] = pictures(picture_html(figure))
-    assert kind == 'png'
-    assert len(content) < LARGEST_SVG
 
 
 def test_a_map_with_long_coasts_is_small_and_keeps_its_colours() -> None:
@@ -75,9 +56,7 @@ def test_a_map_with_long_coasts_is_small_and_keeps_its_colours() -> None:
     ]
     shown = picture_html(draw(Chart('Map', 'east', 'north', lines, is_map=True), 'x'))
     assert len(shown) < 60_000
-    [(kind, content)] = pictures(shown)
-    assert kind == 'png'
-    seen = np.asarray(Image.open(BytesIO(content)).convert('RGB')).reshape(-1, 3).astype(int)
+    seen = np.asarray(picture(shown).convert('RGB')).reshape(-1, 3).astype(int)
     for name in ('green', 'blue'):
         asked = np.array(to_rgb(COLOURS[name])) * 255.0
         near = np.max(np.abs(seen - asked), axis=1) < 12.0
@@ -124,7 +103,6 @@ def test_fleet_is_its_answer_and_the_errors_of_its_ships() -> None:
     assert found.answers.answer in repr(found)
     shown = found._repr_html_()
     assert found.answers.answer in unescape(shown)
-    assert 'ships within [%]' in words(shown)
     assert len(shown) < MOST
 
 
@@ -132,5 +110,4 @@ def test_a_cam_is_a_sentence_and_its_cheeks() -> None:
     """Euler's involute: at 1.2 rad on a base of 5 mm the lever arm is 6 mm."""
     shown = tauto.cam('measured', points=50, reach_rad=1.2)._repr_html_()
     assert 'in 50 points, to 1.2 rad with a lever arm of 6 mm' in shown
-    assert 'cheeks' in words(shown)
     assert len(shown) < MOST

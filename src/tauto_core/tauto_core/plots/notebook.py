@@ -1,20 +1,16 @@
 """Results as HTML for notebooks: the answer in a sentence, a small picture or a table.
 
-Jupyter calls `_repr_html_` of an object. Pictures are embedded SVG, with lines thinned to a few
-tens of kB.
+Jupyter calls `_repr_html_` of an object. Pictures are embedded PNG of a few tens of kB.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from html import escape
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from tauto_core.plots.chart import Chart, Line, draw
-from tauto_core.plots.contents import chart, thinned
+from tauto_core.plots.chart import Chart, draw
+from tauto_core.plots.contents import chart
 from tauto_core.plots.machine import cam_lines
 from tauto_core.plots.picture import picture_html
 from tauto_core.wording import figure, significant
@@ -23,12 +19,8 @@ if TYPE_CHECKING:
     from tauto_core.ensembles.answers import TrialAnswers
     from tauto_core.ensembles.comparison import Comparison
     from tauto_core.ensembles.fleets import Fleet
-    from tauto_core.samples import FloatArray
     from tauto_core.scene import Scene
     from tauto_core.voyage import Voyage
-
-SMALL_POINTS = 300
-"""Largest number of points of a line in the picture of a result."""
 
 
 def voyage_html(voyage: Voyage) -> str:
@@ -36,8 +28,8 @@ def voyage_html(voyage: Voyage) -> str:
     sentence = _sentence(f'{voyage.scene.name}: {voyage.answer}')
     if len(voyage.time_s) < 2:  # a bag with figures alone, or an empty one
         return sentence
-    small = _small(chart(voyage, 'error'))
-    return sentence + picture_html(draw(small, voyage.scene.name), small.described)
+    error = chart(voyage, 'error')
+    return sentence + picture_html(draw(error, voyage.scene.name), error.described)
 
 
 def comparison_html(result: Comparison) -> str:
@@ -94,20 +86,7 @@ def cam_html(scene: Scene, points: int, reach_rad: float, lever_arm_m: float) ->
         f'arm of {1e3 * lever_arm_m:.4g} mm.'
     )
     picture = Chart('Cam', 'across [mm]', 'up [mm]', cam_lines(scene), equal=True)
-    return _sentence(text) + picture_html(draw(_small(picture), scene.name), text)
-
-
-def _small(of: Chart) -> Chart:
-    lines = [_few(line) for line in of.lines]
-    return replace(of, lines=lines, below=None if of.below is None else _small(of.below))
-
-
-def _few(line: Line) -> Line:
-    if line.kind == 'area' or len(line.x) <= SMALL_POINTS or np.any(np.diff(line.x) < 0.0):
-        return line
-    x, y = thinned(line.x, line.y, SMALL_POINTS)
-    high: FloatArray | None = None if line.high is None else np.interp(x, line.x, line.high)
-    return replace(line, x=x, y=y, high=high)
+    return _sentence(text) + picture_html(draw(picture, scene.name), text)
 
 
 def _sentence(text: str) -> str:

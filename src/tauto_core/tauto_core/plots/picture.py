@@ -12,13 +12,9 @@ from PIL import Image
 
 from tauto_core.files import LOOK
 
-LARGEST_SVG = 45_000
-"""Largest SVG [bytes]. A larger one, such as a map with long coasts, becomes a PNG. In base64 the
-limit is 60 kB."""
 CSS_PIXELS_AN_INCH = 96
 DOTS_AN_INCH, COLOURS = 144, 48
-"""Resolution and palette of these PNGs. A map has a dozen colours, and half-tones at their edges.
-"""
+"""Resolution and palette of a PNG. A map has a dozen colours, and half-tones at their edges."""
 
 
 class Picture(Figure):
@@ -36,18 +32,15 @@ class Picture(Figure):
 
 def picture_html(drawn: Figure, described: str = '') -> str:
     """Return a figure as an HTML image with an alternative text."""
-    written, kind = BytesIO(), 'svg+xml'
+    image, written = BytesIO(), BytesIO()
     with mpl.rc_context(LOOK):
-        drawn.savefig(written, format='svg', metadata={'Date': None})
-        if written.tell() > LARGEST_SVG:
-            image, written, kind = BytesIO(), BytesIO(), 'png'
-            drawn.savefig(image, format='png', dpi=DOTS_AN_INCH)
-            # this method keeps rare colours, such as the lines'
-            png = Image.open(image).convert('RGB').quantize(COLOURS, Image.Quantize.FASTOCTREE)
-            png.save(written, 'png', optimize=True)
+        drawn.savefig(image, format='png', dpi=DOTS_AN_INCH)
+    # this method keeps rare colours, such as the lines'
+    png = Image.open(image).convert('RGB').quantize(COLOURS, Image.Quantize.FASTOCTREE)
+    png.save(written, 'png', optimize=True)
     source = b64encode(written.getvalue()).decode('ascii')
     width = round(CSS_PIXELS_AN_INCH * drawn.get_figwidth())
     return (
         f'<img alt="{escape(described)}" width="{width}" style="max-width: 100%; background: '
-        f'white" src="data:image/{kind};base64,{source}">'
+        f'white" src="data:image/png;base64,{source}">'
     )
