@@ -252,25 +252,6 @@ def test_a_dxf_of_lines_has_corners_on_the_arcs(tmp_path: Path) -> None:
     assert 0.5 * (1.0 - math.cos(math.pi / count)) < 1e-4
 
 
-def test_parts_too_small_for_a_tool_are_named_with_a_remedy() -> None:
-    """A bore of half and pins of 0.3 cusps: a tool of 1 mm needs a cusp at 3.33 mm."""
-    result = CliRunner().invoke(app, [*TOY])
-    words = 'the cusp is 2 mm from the axle, and a tool of 1 mm makes no pin holes of 0.6 mm.'
-    assert words in result.stderr
-    found = re.findall(r'pull of (\S+) N, a weight of (\S+) g, puts it at (\S+) mm', result.stderr)
-    pull, weight, puts = map(float, found[0])
-    assert weight == pytest.approx(1e3 * pull / 9.80665, rel=5e-3)
-    design = ['design', '--period', '1', '--inertia', '1e-4', '--json', '--pull']
-    before, after = (
-        json.loads(run(*design, str(each)))
-        for each in (1e-4 * math.tau**2 / 0.002, 1e-4 * math.tau**2 / (1e-3 * puts))
-    )
-    assert words in before['too_small']
-    assert after['too_small'] == ''
-    assert 3.333 < puts < 3.333 / 0.88
-    assert json.loads(run(*TOY, '--tool', '0.6', '--json'))['too_small'] == ''
-
-
 @pytest.mark.parametrize(
     ('arguments', 'words'),
     [
@@ -281,7 +262,7 @@ def test_parts_too_small_for_a_tool_are_named_with_a_remedy() -> None:
         (('measured', '--pin-circle', '9'), 'Give another place: --pins, --pin-circle'),
         (('measured', '--slot', '4'), '--bore, --slot, or a thinner thread: --thread'),
         (('measured', '--reach', '-1'), '--reach = -1.0 rad: must be > 0'),
-        (('measured', '--tool', '-1'), '--tool = -1.0: must be > 0 mm'),
+        (('measured', '--tool', '1'), '--tool: is no longer compared. A plate names its holes'),
         (('measured', '--dxf', 'plate.svg'), '--dxf plate.svg: must end in .dxf'),
         (('measured', '--template', 'a.svg'), '--template: is no longer written. Use --svg'),
     ],

@@ -9,7 +9,6 @@ their support functions, and the tolerance of the outline bounds the error of th
 from __future__ import annotations
 
 import math
-from collections.abc import Container
 from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
@@ -176,9 +175,6 @@ BORE, PINS, PIN_CIRCLE, SLOT = 0.5, 0.3, 0.65, 0.3
 """Diameter of the bore and of the pin holes, radius of their circle and depth of the slot, over
 the distance of the cusp from the axle. All fit within a circle through the cusp, inside the
 cheeks."""
-
-TOOL_MM = 1.0
-"""Default diameter of the smallest tool."""
 
 PIN_ANGLES = (math.radians(210.0), math.radians(330.0))
 """Directions of the pin holes from the axle, which exclude a plate turned by half a turn."""
@@ -459,33 +455,6 @@ def cam_plate(
         slot,
         tolerance_mm,
         cutter_mm,
-    )
-
-
-def too_small(
-    tip_mm: float, pull: float, gravity: float, tool_mm: float, given: Container[str] = ()
-) -> str:
-    """Return a warning about holes of a plate too small for a tool, with the remedy, or ''.
-
-    The default sizes of `cam_plate` are checked, not the given ones. In the same period lever arms
-    are inverse to the pull [N]: I ω² = P b.
-    """
-    shares = {('bore_mm', 'bore'): BORE, ('pins_mm', 'pin holes'): PINS}
-    _size('tool_mm', tool_mm, TOOL_MM)  # refuses a negative size
-    small = {
-        word: share
-        for (name, word), share in shares.items()
-        if name not in given and share * tip_mm < tool_mm
-    }
-    if not small:
-        return ''
-    # two digits of 0.94 of it are less than it
-    lower = float(f'{0.94 * pull * tip_mm * min(small.values()) / tool_mm:.2g}')
-    named = ', no '.join(f'{word} of {share * tip_mm:.2g} mm' for word, share in small.items())
-    return (
-        f'the cusp is {tip_mm:.3g} mm from the axle, and a tool of {tool_mm:g} mm makes no {named}'
-        f'. A pull of {lower:.2g} N, a weight of {1000.0 * lower / gravity:.3g} g, puts it at '
-        f'{tip_mm * pull / lower:.3g} mm in the same period'
     )
 
 

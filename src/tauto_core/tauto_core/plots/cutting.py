@@ -21,7 +21,6 @@ from tauto_core.curves.cam import Cam
 from tauto_core.curves.cams.linear import Involute
 from tauto_core.curves.drawing import (
     MM_PER_M,
-    TOOL_MM,
     ArcPath,
     Circle,
     Plate,
@@ -29,7 +28,6 @@ from tauto_core.curves.drawing import (
     cheeks_meet_rad,
     plate_rates,
     polyline,
-    too_small,
 )
 from tauto_core.curves.fluid import coordinates, fluid_outline, radius_of_curvature
 from tauto_core.files import check_place, write_output
@@ -74,7 +72,6 @@ class CamOutline:
         acts_from_rad: least angle with the thread on the cheeks [rad], for a given thickness.
         meeting_rad: angle at which the cheeks cross [rad], if they do. One plate ends there.
         plate: the plate and its cost in rate, on request.
-        too_small: warning about holes of a plate (`curves.drawing.too_small`).
     """
 
     scene: Scene
@@ -90,7 +87,6 @@ class CamOutline:
     acts_from_rad: float | None = None
     meeting_rad: float | None = None
     plate: Plate | None = None
-    too_small: str = ''
 
     def __repr__(self) -> str:
         return f'<CamOutline of {self.scene.name}: {len(self.x_m)} points>'
@@ -120,7 +116,7 @@ class CamOutline:
     def facts(self) -> dict[str, object]:
         """Return points and ends for JSON, or the dimensions and costs of a plate."""
         plate, name = self.plate, {'scene': self.scene.name}
-        left_out = {'keys_left_out': list(self.keys_left_out), 'too_small': self.too_small}
+        left_out = {'keys_left_out': list(self.keys_left_out)}
         if plate is None:
             ends = ('reach_rad', 'acts_from_rad', 'meeting_rad')
             columns = {name: column.tolist() for name, column in self.columns().items()}
@@ -172,7 +168,7 @@ def check_cut(
             'default',
         )
     for name, size in sizes.items():
-        if not is_plate and name not in ('thread_mm', 'tool_mm'):
+        if not is_plate and name != 'thread_mm':
             raise UsageError(
                 Argument(name, f'{size:g} mm', spaced=True),
                 ': is a size of a plate. Ask for one, ',
@@ -274,8 +270,7 @@ def plate_of(
     cam = trochlea.made_cam(scene.g)
     reach = _checked_reach(scene, reach_rad, cam.range_rad)
     lengths = {**PLATE_SIZES, **(sizes or {})}
-    for of_others in ('thickness_mm', 'tool_mm'):
-        lengths.pop(of_others, None)
+    lengths.pop('thickness_mm', None)
     plate = cam_plate(cam, reach, **lengths)
     angles = {*AMPLITUDES, abs(trochlea.release_angle)}
     swings = np.array(sorted(a for a in angles if plate.acts_from_rad < a <= reach) or [reach])
@@ -367,7 +362,7 @@ def _cheeks(
     """
     trochlea, thread_mm = scene.trochlea, sizes['thread_mm']
     assert trochlea is not None
-    hole, meeting, small = math.inf, math.inf, ''
+    hole, meeting = math.inf, math.inf
     shape, range_rad = cam_shape(scene)
     reach = _checked_reach(scene, reach_rad, range_rad)
     try:
@@ -401,8 +396,6 @@ def _cheeks(
         lever = angle, cam.lever_arm(angle)
         rate, tip = (MM_PER_M * float(size) for size in (cam.lever_rate(0.0), cam.p(0.0)))
         hole, meeting = MM_PER_M * cam.hole_distance, cheeks_meet_rad(cam)
-        pull, tool = trochlea.power.pull.at_rest(scene.g), sizes.get('tool_mm', TOOL_MM)
-        small = too_small(tip, pull, scene.g, tool, sizes)
         widest, wound = (
             f'{MM_PER_M * float(length):.6g} mm'
             for length in (cam.lever_arm(end), cam.arc_length(end))
@@ -433,7 +426,6 @@ def _cheeks(
         reach_rad=reach,
         acts_from_rad=acts_from if thread_mm else None,
         meeting_rad=meeting if end > meeting else None,
-        too_small=small,
     )
     words = [
         'millimetres, 1:1. Origin: the axle, +y: the thread at rest. Cut CHEEK_LEFT, CHEEK_RIGHT',
