@@ -3,19 +3,16 @@
 import hashlib
 import os
 import signal
-import struct
 import subprocess
 import sys
 import textwrap
 import tracemalloc
 from collections import defaultdict
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import pytest
 import yaml
-import zstandard
 from bags_examples import START_NS, all_batches, assert_same, example, library_payloads
 from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
@@ -116,23 +113,6 @@ def test_sequence_numbers_wrap_at_32_bits(tmp_path: Path) -> None:
     with (tmp_path / 'voyage' / 'voyage_0.mcap').open('rb') as stream:
         rows = list(make_reader(stream).iter_messages(topics=['/ship/imu'], log_time_order=False))
     assert [message.sequence for _, _, message in rows][-3:] == [2**32 - 1, 0, 1]
-
-
-def test_indices_point_at_the_messages(tmp_path: Path) -> None:
-    folder = write(tmp_path / 'voyage', all_batches(400), chunk_bytes=64 * 1024)
-    octets = (folder / 'voyage_0.mcap').read_bytes()
-    with (folder / 'voyage_0.mcap').open('rb') as stream:
-        chunks = make_reader(stream).get_summary().chunk_indexes
-    assert len(chunks) > 5
-    for index in chunks:
-        chunk = octets[index.chunk_start_offset :][: index.chunk_length]
-        records = zstandard.decompress(chunk[-index.compressed_size :])
-        for channel, at in index.message_index_offsets.items():
-            opcode, _, found, size = struct.unpack_from('<BQHI', octets, at)
-            assert (opcode, found) == (0x07, channel)
-            for stamp, offset in struct.iter_unpack('<QQ', octets[at + 15 :][:size]):
-                head = struct.unpack_from('<BQHIQQ', records, offset)
-                assert (head[0], head[2], head[4]) == (0x05, channel, stamp)
 
 
 def test_the_metadata_says_what_is_in_the_file(tmp_path: Path) -> None:
@@ -431,24 +411,6 @@ def test_a_bag_is_finished_wherever_an_interrupt_comes(tmp_path: Path) -> None:
     assert s.count(found) == bag.counts['/ship/imu'] >= 300
     assert_same(example(s.ImuSamples, 300), s.take(found, slice(300)))
     assert read_metadata(folder)['message_count'] == s.count(found)
-
-
-class Forgetful(BytesIO):
-    """A file that loses its content."""
-
-    def read(self, *_: Any) -> bytes:
-        return b''
-
-
-def test_an_index_that_is_lost_ends_the_writing_with_an_error(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr('tempfile.TemporaryFile', lambda **_: Forgetful())
-    with pytest.raises(BagError, match=r'bytes of its index are lost'):
-        write(tmp_path / 'voyage', all_batches())
-    assert read_bag(tmp_path / 'voyage').counts == {
-        f'/{name}': 1 if name == s.SCENE else 40 for name in TOPICS
-    }
 
 
 def test_a_scene_is_in_the_file_at_once(tmp_path: Path) -> None:

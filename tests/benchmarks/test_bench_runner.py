@@ -4,20 +4,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import pytest
 
-from benchmarks.work_precision.figure import draw
-from benchmarks.work_precision.first_run import first_run, first_runs
+from benchmarks.work_precision.first_run import first_runs
 from benchmarks.work_precision.passage import passage, two_at_once
 from benchmarks.work_precision.peer import PEERS, MissingPeerError, Outcome, make_peers
 from benchmarks.work_precision.problems import QUALITY, Problem, problems
 from benchmarks.work_precision.ratios import FAMILIES, best_ratio, ratio
-from benchmarks.work_precision.references.stored import NoReferenceError, reference
+from benchmarks.work_precision.references.stored import reference
 from benchmarks.work_precision.runner import Row, bench, measure
-from tauto_core.files import check_plot
 from tauto_core.scene.errors import PropagationError, UsageError
 
 PROBLEMS = {problem.key: problem for problem in problems()}
@@ -224,29 +221,6 @@ def test_set_up_is_the_least_and_compiling_the_most(monkeypatch: pytest.MonkeyPa
     assert (row['compile_s'], row['setup_s']) == (3.0, 0.5)
 
 
-def test_the_figure_is_drawn_twice_alike(tmp_path: Path) -> None:
-    row = a_row(setting='20 Hz')
-    machine = {'processor': 'none', 'python': '3', 'date': '2026-01-01'}
-    result = {'machine': machine, 'rows': [row, {**row, 'program': 'heyoka'}]}
-    first, again = tmp_path / 'first.svg', tmp_path / 'again.svg'
-    draw(result, first)
-    draw(result, again)
-    assert first.read_bytes() == again.read_bytes()
-    draw(result, tmp_path / 'one.png')
-    assert (tmp_path / 'one.png').read_bytes().startswith(b'\x89PNG')
-
-
-@pytest.mark.parametrize('name', ['figure.gif', 'no_folder/figure.svg'])
-def test_a_figure_that_cannot_be_is_refused_beforehand(name: str, tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match='plot='):
-        check_plot(tmp_path / name)
-
-
-def test_no_reference_is_an_error_of_the_run() -> None:
-    with pytest.raises(NoReferenceError):
-        measure(PROBLEMS['a'], Known(), 'only', 61.0)
-
-
 def test_passage_and_two_at_once_say_what_they_measured() -> None:
     result = passage(600.0)
     per_swing = 1e6 * result['run_s'] * PROBLEMS['c'].period_s / 600.0
@@ -254,13 +228,6 @@ def test_passage_and_two_at_once_say_what_they_measured() -> None:
     both = two_at_once(60.0)
     assert both['ratio'] == both['two_s'] / both['one_s'] > 0.0
     assert both['processes_ratio'] > 0.0
-
-
-def test_a_first_run_compiles_even_where_later_ones_load() -> None:
-    seconds = first_run('a', 'tauto', 'closed form')
-    assert seconds is not None
-    assert seconds > 0.0
-    assert first_run('a', 'tauto', 'no such setting') is None
 
 
 def test_first_runs_take_the_setting_that_is_compared(monkeypatch: pytest.MonkeyPatch) -> None:

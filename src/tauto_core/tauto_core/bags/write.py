@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import json
 import os
 import shutil
@@ -306,16 +305,8 @@ class McapOut:
         from mcap.opcode import Opcode
         from mcap.records import Schema, Statistics, SummaryOffset
 
-        def index_records() -> Iterator[bytes]:
-            self._index.seek(0)
-            remaining = self._stored.index_end
-            while remaining:
-                piece = self._index.read(min(remaining, _PIECE_BYTES))
-                if not piece:
-                    raise OSError(errno.EIO, f'the last {remaining} bytes of its index are lost')
-                remaining -= len(piece)
-                yield piece
-
+        self._index.truncate(self._stored.index_end)
+        self._index.seek(0)
         schemas = [record for record in self._definitions if isinstance(record, Schema)]
         channels = [record for record in self._definitions if not isinstance(record, Schema)]
         counts = self.counts
@@ -335,7 +326,7 @@ class McapOut:
             (Opcode.SCHEMA, map(_record, schemas)),
             (Opcode.CHANNEL, map(_record, channels)),
             (Opcode.STATISTICS, [_record(statistics)]),
-            (Opcode.CHUNK_INDEX, index_records()),
+            (Opcode.CHUNK_INDEX, iter(lambda: self._index.read(_PIECE_BYTES), b'')),
             (Opcode.METADATA_INDEX, [_record(metadata)]),
         )
         at, offsets = start, b''
