@@ -157,6 +157,7 @@ def failing_at(number: int, code: int) -> Iterator[list[str]]:
     with pytest.MonkeyPatch.context() as patch:
         for name in ('open', 'fsync', 'replace', 'rename', 'mkdir', 'unlink', 'rmdir'):
             patch.setattr(os, name, faulty(name, getattr(os, name)))
+        patch.setattr(bags_write, 'exchange', faulty('exchange', bags_write.exchange))
         methods = {name: faulty(name, getattr(FileIO, name)) for name in ('write', 'truncate')}
         patch.setattr(bags_write, 'FileIO', type('Faulty', (FileIO,), methods))
         yield calls

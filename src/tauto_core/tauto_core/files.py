@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import errno
 import fcntl
 import os
@@ -84,6 +85,14 @@ def sync_folder(folder: Path) -> None:
             raise
     finally:
         os.close(handle)
+
+
+def exchange(a: Path, b: Path) -> None:
+    """Exchange two names in one step, by Linux' renameat2(2). OSError if the system cannot."""
+    renameat2 = getattr(ctypes.CDLL(None, use_errno=True), 'renameat2', None)
+    folder, names = -100, (os.fsencode(a), os.fsencode(b))  # AT_FDCWD
+    if renameat2 is None or renameat2(folder, names[0], folder, names[1], 2):  # RENAME_EXCHANGE
+        raise OSError(ctypes.get_errno(), 'the names cannot be exchanged', str(a), None, str(b))
 
 
 @contextmanager

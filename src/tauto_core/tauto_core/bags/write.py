@@ -24,7 +24,7 @@ import numpy as np
 from tauto_core.bags.codec import encode
 from tauto_core.bags.read import MAGIC, MESSAGE, MESSAGE_HEAD, METADATA, Channel, RecordedMessage
 from tauto_core.bags.table import TOPICS, Topic, offered_qos
-from tauto_core.files import DRAFTS, one_writer, sync_folder, write_whole
+from tauto_core.files import DRAFTS, exchange, one_writer, sync_folder, write_whole
 from tauto_core.samples import SCENE, Batches, count
 from tauto_core.scene.errors import Argument, BagError, BagPlaceError, TautoWarning
 from tauto_core.version import identity
@@ -459,10 +459,11 @@ class BagWriter:
     clock.
 
     An existing bag is replaced only when the new one is complete and on the disk. Until then the
-    new one is the sibling `<name>.partial`. Then the old one is renamed to `<name>.replaced`, the
-    new one takes its name, and the old one is removed. If an exception leaves the `with` block,
-    the written part is finished where it is (`path`), an old bag is not changed, and a note on the
-    exception names the path. No other process can write a bag to the same folder meanwhile.
+    new one is the sibling `<name>.partial`. Then the two are exchanged in one step, or, if the
+    system cannot, in two by way of `<name>.replaced`, and the old one is removed. If an exception
+    leaves the `with` block, the written part is finished where it is (`path`), an old bag is not
+    changed, and a note on the exception names the path. No other process can write a bag to the
+    same folder meanwhile.
 
     Args:
         folder: the bag's folder. Its parents are made.
@@ -678,14 +679,18 @@ class BagWriter:
 
     def _swap(self) -> None:
         """Put the complete bag in the place of the old one."""
-        old = _sibling(self._folder, '.replaced')
+        old = self.path
         try:
-            os.rename(self._folder, old)
             try:
-                os.rename(self.path, self._folder)
-            except OSError:
-                os.rename(old, self._folder)
-                raise
+                exchange(self.path, self._folder)
+            except OSError:  # macOS and some network file systems cannot
+                old = _sibling(self._folder, '.replaced')
+                os.rename(self._folder, old)
+                try:
+                    os.rename(self.path, self._folder)
+                except OSError:
+                    os.rename(old, self._folder)
+                    raise
         except OSError as error:
             raise BagError(
                 f'{self._folder} cannot be replaced ({error.strerror}). The new bag is whole in '
