@@ -33,8 +33,9 @@ from tauto_core.checks.cost import RESOLUTION_S, forecast
 from tauto_core.checks.readiness import check_scene
 from tauto_core.machines import FluidPendulum, compile_machine
 from tauto_core.samples import PHASE
-from tauto_core.scene import Scene, Solver, load_scene, parse_scene
+from tauto_core.scene import Scene, load_scene, parse_scene
 from tauto_core.scene.errors import PropagationError, SceneError
+from tauto_core.scene.sections import Solver
 from tauto_core.scene.times import LEGIBLE
 
 SEED = 1726

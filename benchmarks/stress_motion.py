@@ -35,8 +35,9 @@ from tauto_core.motion.closed_forms import ActionAngle
 from tauto_core.motion.collocation import Collocation
 from tauto_core.motion.stepping import TOLERANCE
 from tauto_core.samples import JOINT_STATES, PHASE, FloatArray
-from tauto_core.scene import ComponentsShip, Scene
+from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError
+from tauto_core.ship.motions import ComponentsShip
 
 # -----------------------------------------------------------------------------
 # On land: reversal, amplitudes, mass, drag, escapement.

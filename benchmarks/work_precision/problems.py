@@ -27,9 +27,9 @@ from typing import TypeAlias
 from tauto_core.machines import compile_ideal
 from tauto_core.machines.axle_pendulum import modes
 from tauto_core.samples import FloatArray
-from tauto_core.scene import Scene, SeaShip
+from tauto_core.scene import Scene
 from tauto_core.scene.times import DAY_S, STANDARD_GRAVITY
-from tauto_core.ship.motions.sea import sea_motion
+from tauto_core.ship.motions.sea import SeaShip, sea_motion
 
 PASSAGE_S = 81.0 * DAY_S
 """The passage to Jamaica of 1761 [s]."""

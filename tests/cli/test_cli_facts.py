@@ -265,9 +265,7 @@ def test_coefficients_are_shown_with_their_source(tmp_path: Path) -> None:
     assert [abs(k) < 1e-6 for k in (roll['value'], *roll['at_periods'].values())] == [True] * 4
     text = printed(found)
     assert 'coefficient of heave 0.000 ± 0.050, from the scene' in text
-    row = text.partition('coefficient of roll ')[2]
-    assert row.startswith('0.0000 ± 0.0050, from trial runs: 0 in waves of 6 s')
-    assert '0 in waves of 13 s' in row
+    assert 'coefficient of roll 0.0000 ± 0.0050, from trial runs' in text
 
 
 def test_a_rate_that_walks_more_than_expected_is_warned_of(

@@ -15,6 +15,7 @@ import pytest
 from tauto_core import voyage
 from tauto_core.bags import BagWriter, read_bag
 from tauto_core.checks.readiness import check_scene
+from tauto_core.machines.threads import HoleThread
 from tauto_core.results import Summary
 from tauto_core.samples import (
     ESTIMATE,
@@ -28,8 +29,9 @@ from tauto_core.samples import (
     same,
     take,
 )
-from tauto_core.scene import HoleThread, SeaShip, load_scene, parse_scene
+from tauto_core.scene import load_scene, parse_scene
 from tauto_core.scene.errors import BagError, PropagationError, SceneError
+from tauto_core.ship.motions.sea import SeaShip
 from tauto_core.voyage import Pipeline, ShipSource, pipeline, replay, sail, summarise_bag
 
 

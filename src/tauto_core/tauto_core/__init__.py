@@ -14,39 +14,39 @@ the motion of a ship in waves, `altitudes` a latitude. `logbook` lists passages,
 Euler's papers. `compare` sails several clocks in one sea, `fleet` many ships on one voyage,
 `trial` clocks along the passages of a log-book. `plot` and `report` draw. Notebooks show results
 with their pictures. `check_bag` and `recover_bag` are for damaged bags. Errors derive from
-`TautoError`. Other modules may change in any version. Names are imported at their first use.
+`TautoError`. Other modules may change in any version.
 """
 
 from typing import TYPE_CHECKING, Any
 
+from tauto_core.api import (
+    altitudes,
+    axle,
+    budget,
+    cam,
+    check,
+    check_bag,
+    claims,
+    compare,
+    design,
+    fleet,
+    hull,
+    isochronism,
+    load,
+    logbook,
+    new_scene,
+    plot,
+    recover_bag,
+    replay,
+    report,
+    sail,
+    scenes,
+    trial,
+)
 from tauto_core.first_use import loaded_from
+from tauto_core.scene.errors import TautoError
 
 if TYPE_CHECKING:
-    from tauto_core.api import (
-        altitudes,
-        axle,
-        budget,
-        cam,
-        check,
-        check_bag,
-        claims,
-        compare,
-        design,
-        fleet,
-        hull,
-        isochronism,
-        load,
-        logbook,
-        new_scene,
-        plot,
-        recover_bag,
-        replay,
-        report,
-        sail,
-        scenes,
-        trial,
-    )
-    from tauto_core.scene.errors import TautoError
     from tauto_core.voyage import Voyage
 
     __version__: str
@@ -79,18 +79,16 @@ __all__ = [
     'trial',
 ]
 
-_public = loaded_from(
-    __name__, dict.fromkeys(__all__, 'api') | {'TautoError': 'scene.errors', 'Voyage': 'voyage'}
-)
+_at_first_use = loaded_from(__name__, {'Voyage': 'voyage'})
 
 
 def __getattr__(name: str) -> Any:
-    """Return a public name from the module that defines it."""
+    """Return the version, or the class of voyages, which needs NumPy."""
     if name == '__version__':
         from tauto_core.version import version
 
         return version()
-    return _public(name)
+    return _at_first_use(name)
 
 
 def __dir__() -> list[str]:

@@ -8,14 +8,10 @@ import pytest
 from tauto_core.curves import Involute, SpringCorrected
 from tauto_core.curves.cams.table import MeasuredCam, smoothed
 from tauto_core.machines import compile_machine
-from tauto_core.scene import (
-    ForcePower,
-    HoleThread,
-    SceneError,
-    Trochlea,
-    VerticalThread,
-    parse_scene,
-)
+from tauto_core.machines.powers import ForcePower
+from tauto_core.machines.sections import Trochlea
+from tauto_core.machines.threads import HoleThread, VerticalThread
+from tauto_core.scene import SceneError, parse_scene
 
 RADIUS, RANGE = 0.01, 3.0
 TOLERANCE = 2e-5

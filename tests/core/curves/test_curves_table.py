@@ -8,16 +8,12 @@ import pytest
 from numpy.polynomial import Polynomial
 
 from tauto_core.curves import CircularArc, Hole, Involute, Table, load_table
-from tauto_core.scene import (
-    CircularArcCam,
-    ForcePower,
-    HoleCam,
-    HoleThread,
-    InvoluteCam,
-    TableCam,
-    Trochlea,
-    VerticalThread,
-)
+from tauto_core.curves.cams.circular_arc import CircularArcCam
+from tauto_core.curves.cams.linear import HoleCam, InvoluteCam
+from tauto_core.curves.cams.table import TableCam
+from tauto_core.machines.powers import ForcePower
+from tauto_core.machines.sections import Trochlea
+from tauto_core.machines.threads import HoleThread, VerticalThread
 from tauto_core.scene.errors import SceneError
 
 

@@ -13,10 +13,11 @@ from tauto_core.ensembles.comparison import (
     significant_roll_deg,
     with_roll,
 )
-from tauto_core.scene import Component, ComponentsShip, load_scene, scene_yaml, shipped_scenes
+from tauto_core.scene import load_scene, scene_yaml, shipped_scenes
 from tauto_core.scene.errors import SceneError, UsageError
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.imu import attitude
+from tauto_core.ship.motions import Component, ComponentsShip
 
 SHORT = """\
 name: {name}

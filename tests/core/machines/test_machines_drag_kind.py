@@ -13,7 +13,8 @@ import pytest
 
 from tauto_core import sail
 from tauto_core.machines import compile_machine
-from tauto_core.scene import Drag, load_scene
+from tauto_core.machines.drags import Drag
+from tauto_core.scene import load_scene
 
 KIND = '''
 """A drag as the square of the speed, and as its cube."""

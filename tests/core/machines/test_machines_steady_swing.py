@@ -18,8 +18,10 @@ from tauto_core.machines import (
     compile_machine,
     steady_swing,
 )
-from tauto_core.machines.parts import Imbalance
-from tauto_core.scene import Drag, Escapement, Rest, load_scene
+from tauto_core.machines.drags import Drag
+from tauto_core.machines.escapements import Escapement
+from tauto_core.machines.parts import Imbalance, Rest
+from tauto_core.scene import load_scene
 
 HARMONIC = compile_machine(load_scene('ideal'))
 HEAVY = compile_machine(load_scene('portsmouth_jamaica'))

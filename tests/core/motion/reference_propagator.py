@@ -39,9 +39,10 @@ from tauto_core.motion.forcing import (
     within_turn,
 )
 from tauto_core.samples import FloatArray, State
-from tauto_core.scene import ComponentsShip, Scene, SeaShip
+from tauto_core.scene import Scene
 from tauto_core.scene.errors import PropagationError
-from tauto_core.ship.motions.sea import sea_motion
+from tauto_core.ship.motions import ComponentsShip
+from tauto_core.ship.motions.sea import SeaShip, sea_motion
 
 RTOL = 1e-13
 ATOL = 1e-15

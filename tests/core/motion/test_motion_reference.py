@@ -21,11 +21,12 @@ from motion_cases import (
 from reference_propagator import Reference
 
 from tauto_core.machines import compile_machine
+from tauto_core.machines.drags import Drag
 from tauto_core.motion import make_propagator
 from tauto_core.motion.closed_forms import ActionAngle
 from tauto_core.motion.collocation import Collocation
 from tauto_core.samples import JOINT_STATES
-from tauto_core.scene import Drag, load_scene, parse_scene
+from tauto_core.scene import load_scene, parse_scene
 from tauto_core.scene.reference import compatible_kinds, new_scene
 
 HERE = Path(__file__).resolve().parent.parent / 'scenes_ref'

@@ -66,9 +66,9 @@ from tauto_core.samples import (
     same,
     take,
 )
-from tauto_core.scene import Solver, parse_scene
+from tauto_core.scene import parse_scene
 from tauto_core.scene.errors import SceneError, TautoError
-from tauto_core.scene.sections import walk_per_s
+from tauto_core.scene.sections import Solver, walk_per_s
 from tauto_core.scene.times import DAY_S as DAY
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.airs import RecordAir, zonal_celsius

@@ -13,17 +13,10 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tauto_core.scene import (
-    DEFAULT_SCENE,
-    Scene,
-    SceneError,
-    data_path,
-    load_scene,
-    parse_scene,
-    scene_yaml,
-    shipped_scenes,
-)
+from tauto_core.scene import Scene, SceneError, load_scene, parse_scene, scene_yaml, shipped_scenes
 from tauto_core.scene.errors import UsageError
+from tauto_core.scene.loader import DEFAULT_SCENE
+from tauto_core.scene.tables import data_path
 
 REFERENCES = sorted((Path(__file__).parents[1] / 'scenes_ref').glob('*.yaml'))
 

@@ -9,8 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from tauto_core.scene import Scene, SceneError, Solver, StillShip, parse_scene, scene_yaml
+from tauto_core.scene import Scene, SceneError, parse_scene, scene_yaml
+from tauto_core.scene.sections import Solver
 from tauto_core.scene.times import nanoseconds
+from tauto_core.ship.motions import StillShip
 
 TROCHLEA = """
 trochlea:

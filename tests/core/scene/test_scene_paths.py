@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tauto_core.scene import SceneError, load_scene
-from tauto_core.scene.loader import put_at, remove_at, value_at
+from tauto_core.scene.loader import put_value, remove_at, value_at
 
 
 def test_a_path_leads_through_mappings_and_lists() -> None:
@@ -20,9 +20,8 @@ def test_a_path_leads_through_mappings_and_lists() -> None:
 
 def test_a_value_is_set_in_place_and_sections_are_added() -> None:
     content: dict[str, object] = {'voyage': {'waypoints': [[48.5, -6.0]]}, 'drift': None}
-    put_at(content, 'voyage.waypoints.0.1', -7.0)
-    put_at(content, 'drift.lunars.sigma', 60.0)
-    put_at(content, 'seed', 4)
+    for path, value in (('voyage.waypoints.0.1', -7.0), ('drift.lunars.sigma', 60.0), ('seed', 4)):
+        put_value(content, path, value, 'scene')
     assert content == {
         'voyage': {'waypoints': [[48.5, -7.0]]},
         'drift': {'lunars': {'sigma': 60.0}},
@@ -39,8 +38,8 @@ def test_what_is_removed_is_gone_and_what_is_not_there_is_left() -> None:
 
 @pytest.mark.parametrize('path', ['seed.x', 'seed.x.y', 'list.1', 'list.x', 'list.1.y'])
 def test_a_path_through_a_value_is_no_path(path: str) -> None:
-    with pytest.raises(KeyError):
-        put_at({'seed': 1, 'list': [0]}, path, 2)
+    with pytest.raises(SceneError, match='there is no such key'):
+        put_value({'seed': 1, 'list': [0]}, path, 2, 'scene')
 
 
 def test_an_override_equals_a_changed_file(tmp_path: Path) -> None:

@@ -6,10 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tauto_core.scene import Rao, Roll, SceneError, Sea, load_scene
+from tauto_core.scene import SceneError, load_scene
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.motions.sea import sea_motion
 from tauto_core.ship.sea import Answer, elevation, operator_answer, roll_answer
+from tauto_core.ship.sections import Rao, Roll, Sea
 from tauto_core.ship.waves import Encounter, Harmonics
 
 G = 9.80665

@@ -7,10 +7,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from tauto_core.scene import SpectrumTable, load_scene
+from tauto_core.scene import load_scene
 from tauto_core.ship import ShipMotion, bag_metadata
 from tauto_core.ship.motions.sea import sea_motion
 from tauto_core.ship.sea import band_hz, elevation, energy_below, height_and_period
+from tauto_core.ship.sections import SpectrumTable
 
 SPECTRUM = 'shipped:ndbc_44004/2000-01-01T02.csv'
 OPERATOR = 'shipped:supply_rao/supply_rao.csv'

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from tauto_core.scene import Sea
 from tauto_core.ship.sea import bretschneider, elevation, jonswap_shape
+from tauto_core.ship.sections import Sea
 
 
 def sea(spectrum: str, components: int = 64) -> Sea:

@@ -37,9 +37,9 @@ from tauto_core.samples import (
     FloatArray,
     TemperatureSamples,
 )
-from tauto_core.scene import Scene, Solver
+from tauto_core.scene import Scene
 from tauto_core.scene.errors import CamRangeError, PropagationError, SceneError
-from tauto_core.scene.sections import LEAST_TOLERANCE
+from tauto_core.scene.sections import LEAST_TOLERANCE, Solver
 from tauto_core.scene.times import DAY_S, LEGIBLE, NS_PER_S
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.airs import BoxTemperature

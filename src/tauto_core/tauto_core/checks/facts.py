@@ -32,13 +32,14 @@ from tauto_core.machines import (
     steady_swing,
 )
 from tauto_core.machines.axle_pendulum import AxleRegulator, answers
+from tauto_core.machines.drags import Drag
 from tauto_core.machines.heat import NO_HEAT
 from tauto_core.machines.sections import FluidTautochroneRegulator
 from tauto_core.motion import propagator_name
 from tauto_core.navigation.covariates import coefficients, dial_model, fit, runs
 from tauto_core.navigation.regressors import SHAKEN_BY
 from tauto_core.samples import FloatArray
-from tauto_core.scene import Drag, Scene
+from tauto_core.scene import Scene
 from tauto_core.scene.errors import TautoError
 from tauto_core.scene.times import DAY_S
 from tauto_core.ship import Passage

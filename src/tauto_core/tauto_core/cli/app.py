@@ -26,12 +26,12 @@ from tauto_core.cli.terminal import (
     Terminated,
     drop_output,
     ended_by_sigterm,
+    messages,
     option,
     prepare_streams,
     progress_bar,
     saying_warnings,
     send_lost_again,
-    set_quiet,
 )
 from tauto_core.scene.errors import Argument, ArgumentText, TautoError, UsageError, spelled
 
@@ -145,7 +145,7 @@ class Commands(TyperGroup):
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Remove `--quiet` from any place in the command line, and translate old words."""
         ours = args[: args.index('--')] if '--' in args else args
-        set_quiet(not {'--quiet', '-q'}.isdisjoint(ours))
+        messages['are_quiet'] = not {'--quiet', '-q'}.isdisjoint(ours)
         words = [word for word in ours if word not in ('--quiet', '-q')] + args[len(ours) :]
         if words[:1] == ['plate']:  # the name of 0.2, for a release
             words[:1] = ['cam', '--plate']

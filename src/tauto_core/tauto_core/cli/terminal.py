@@ -87,22 +87,13 @@ def option(argument: Argument) -> str:
 # -----------------------------------------------------------------------------
 # Messages on stderr, which --quiet suppresses.
 
-_state = {'quiet': False}
-
-
-def set_quiet(quiet: bool) -> None:
-    """Switch messages off or on."""
-    _state['quiet'] = quiet
-
-
-def is_quiet() -> bool:
-    """Return whether messages are off."""
-    return _state['quiet']
+messages = {'are_quiet': False}
+"""Whether only results and errors are printed."""
 
 
 def say(words: str) -> None:
     """Print a message on stderr."""
-    if not is_quiet():
+    if not messages['are_quiet']:
         typer.echo(f'tauto: {spelled(words, option)}', err=True)
 
 
@@ -238,7 +229,7 @@ def progress_bar(label: str) -> Iterator[Callable[..., None]]:
     and the total, or the share done and 0 while the total is unknown. While a kernel compiles, the
     label has its name and the expected time.
     """
-    if not sys.stderr.isatty() or is_quiet():
+    if not sys.stderr.isatty() or messages['are_quiet']:
         yield lambda *_: None
         return
     from rich.console import Console

@@ -25,14 +25,15 @@ from tauto_core.machines import (
     steady_swing,
 )
 from tauto_core.machines.axle_pendulum import AxleRegulator
+from tauto_core.machines.sections import FluidTautochroneRegulator
 from tauto_core.machines.threads import HoleThread
 from tauto_core.machines.threads.hanging import HangingThread
 from tauto_core.machines.threads.lever import LeverThread
 from tauto_core.plots.chart import Colour, Line
 from tauto_core.samples import FloatArray
-from tauto_core.scene import AxleSuspension, FluidTautochroneRegulator, Scene
+from tauto_core.scene import Scene
 from tauto_core.scene.errors import UsageError
-from tauto_core.ship.suspensions import SuspensionKind
+from tauto_core.ship.suspensions import AxleSuspension, SuspensionKind
 
 # -----------------------------------------------------------------------------
 # The default extent of a cheek in drawings and files.

@@ -425,23 +425,6 @@ def remove_at(content: dict[str, Any], path: str) -> None:
         del node[key]
 
 
-def put_at(content: dict[str, Any], path: str, value: object) -> None:
-    """Set the value at a path in place, adding missing sections.
-
-    KeyError if the path leads through a value that has no such key or item.
-    """
-    *sections, leaf = path.split('.')
-    node: Any = content
-    for name in sections:
-        if isinstance(node, dict) and node.get(name) is None:
-            node[name] = {}
-        node = value_at(node, name)
-    key = leaf if isinstance(node, dict) else _key_in(node, leaf)
-    if key is None:
-        raise KeyError(path)
-    node[key] = value
-
-
 def _key_in(content: Any, name: str) -> str | int | None:
     """Return the key or index for a name in a mapping or list, None if absent."""
     if isinstance(content, list) and name.isdecimal() and int(name) < len(content):
@@ -615,17 +598,21 @@ def put_value(content: dict[str, Any], path: str, value: object, origin: str) ->
     SceneError if the path has an empty name, or leads through a value without keys.
     """
     problem, remedy = 'there is no such key in the scene', 'Name a key of the scene.'
-    names = path.split('.')
-    if all(names):
-        try:
-            return put_at(content, path, _plain(value))
-        except KeyError:
-            pass
-        parent = '.'.join(names[:-1])
-        named = value_at(content, parent)
-        if isinstance(named, str) and parent.endswith(NAMED_SECTIONS):
-            problem = f'{problem}: {parent} is {named!r}'
-            remedy = f'Write {parent} as a mapping, with {names[-1]} and its other keys.'
+    *sections, leaf = path.split('.')
+    node: Any = content
+    if all((*sections, leaf)):
+        for name in sections:
+            if isinstance(node, dict) and node.get(name) is None:
+                node[name] = {}
+            node = value_at(node, name)
+        key = leaf if isinstance(node, dict) else _key_in(node, leaf)
+        if key is not None:
+            node[key] = _plain(value)
+            return
+        parent = '.'.join(sections)
+        if isinstance(node, str) and parent.endswith(NAMED_SECTIONS):
+            problem = f'{problem}: {parent} is {node!r}'
+            remedy = f'Write {parent} as a mapping, with {leaf} and its other keys.'
     else:
         problem = 'has an empty name'
         remedy = 'Write names with one dot between two, such as ship.rate.'

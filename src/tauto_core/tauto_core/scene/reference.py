@@ -526,19 +526,13 @@ def _lines(model: type[BaseModel], stated: Mapping[str, Any], path: str, edge: s
 
 def _section(field: FieldInfo, value: object, *, out: bool) -> type[BaseModel] | None:
     """Return the model of a field's section, None for a number, a text or a list."""
-    models = models_of(field)
-    if not models or isinstance(value, list | tuple) or (value is None and not out):
+    models, kinds = models_of(field), one_of(field)
+    if not models or not (isinstance(value, dict | BaseModel) or (out and value is None)):
         return None
-    if out and value is not None and not isinstance(value, dict):
-        return None
-    model = models[0]
-    if isinstance(value, BaseModel):
-        model = type(value)
-    elif isinstance(value, dict):
-        kinds = one_of(field)
-        if kinds is not None:
-            tag = value.get('kind', kinds.default)
-            model = next(m for m in models if kind_of(cast(type[Kind], m)) == tag)
+    model = type(value) if isinstance(value, BaseModel) else models[0]
+    if kinds and isinstance(value, dict):
+        tag = value.get('kind', kinds.default)
+        model = next(model for model in kinds.models if kind_of(model) == tag)
     return _FORMS.get(model, model)
 
 
