@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import re
 import signal
 import subprocess
 import sys
@@ -16,8 +15,6 @@ from tauto_core import voyage
 from tauto_core.cli.app import app
 from tauto_core.cli.shown import shipped_summary
 from tauto_core.scene import load_scene, shipped_scenes
-from tauto_core.scene.reference import CHOICES
-from tauto_core.scene.sections import kind_of, kinds_in
 
 SLOW_MODULES = ('numpy', 'scipy', 'llvmlite', 'rosbags', 'mcap', 'matplotlib', 'rclpy')
 BAGS = Path(__file__).parents[2] / 'bags'
@@ -62,14 +59,6 @@ def test_help_of_core_imports_nothing_slow(arguments: tuple[str, ...]) -> None:
     assert not imported_by(*arguments) & set(slow)
 
 
-def test_the_help_of_a_new_scene_names_every_kind_that_is_found() -> None:
-    said = tauto('scene', 'new', '-h').stdout
-    for key, folder in CHOICES.items():
-        words = said.partition(f'--{key} KIND')[2].partition('\n  -')[0].replace(',', ' ').split()
-        named = {word.strip('.;') for word in words}
-        assert {kind_of(model) for model in kinds_in(folder)} <= named, key
-
-
 @pytest.mark.parametrize(
     'arguments',
     [
@@ -93,12 +82,6 @@ def test_what_needs_no_kernel_imports_no_compiler(arguments: tuple[str, ...]) ->
     assert not imported_by(*arguments) & heavy
 
 
-def test_isochronism_imports_only_the_machine_of_its_scene() -> None:
-    others = ('fluid_pendulum', 'half_swing', 'hanging', 'remedies')
-    imported = imported_by('isochronism', 'ideal', '--amplitudes', '0.5')
-    assert not imported & {f'tauto_core.machines.{name}' for name in others}
-
-
 def test_scenes_lists_each_shipped_scene_with_what_it_is() -> None:
     lines = tauto('scenes').stdout.splitlines()
     assert [line.split()[0] for line in lines] == shipped_scenes()
@@ -115,16 +98,6 @@ def test_lists_fit_a_terminal_of_80_columns() -> None:
         assert '...' not in said.partition('Commands:')[2], said
 
 
-@pytest.mark.usefixtures('short_trials')
-@pytest.mark.parametrize('name', shipped_scenes())
-def test_each_shipped_scene_can_sail(name: str) -> None:
-    result = tauto('scene', 'check', name, '--json')
-    assert result.exit_code == 0, result.stderr
-    facts = json.loads(result.stdout)
-    assert facts['scene'] == name
-    assert facts['logged_samples'] == load_scene(name).log_count
-
-
 def test_a_release_carried_off_the_cam_by_the_roll_is_refused(tmp_path: Path) -> None:
     scene = tmp_path / 'off.yaml'
     scene.write_text(OFF_THE_CAM, encoding='utf-8')
@@ -132,30 +105,6 @@ def test_a_release_carried_off_the_cam_by_the_roll_is_refused(tmp_path: Path) ->
         assert result.exit_code == 2
         assert 'trochlea.release_angle = 3.1' in result.stderr
         assert result.stdout == ''
-
-
-def test_a_sailed_bag_replays_to_the_same_estimate(tmp_path: Path) -> None:
-    bag = tmp_path / 'bag'
-    sailed = json.loads(tauto(*MINUTE, '--out', bag, '--json').stdout)
-    assert sailed['bag'] == str(bag)
-    replayed = json.loads(tauto('replay', bag, '--json').stdout)
-    for section in ('clock', 'drift', 'longitude'):
-        assert replayed[section] == sailed[section]
-    assert replayed['counts']['/clock/reading'] == 61
-
-
-def test_a_bag_is_replaced_only_by_force(tmp_path: Path) -> None:
-    bag = tmp_path / 'bag'
-    assert tauto(*MINUTE, '--out', bag).exit_code == 0
-    before = {file: file.read_bytes() for file in bag.iterdir()}
-    twice = (*MINUTE[:-1], '120')
-    refused = tauto(*twice, '--out', bag)
-    assert refused.exit_code == 2
-    assert '--force' in refused.stderr
-    assert {file: file.read_bytes() for file in bag.iterdir()} == before
-    assert tauto(*twice, '--out', bag, '--force').exit_code == 0
-    replayed = json.loads(tauto('replay', bag, '--json').stdout)
-    assert replayed['counts']['/clock/reading'] == 121
 
 
 @pytest.mark.parametrize('arguments', [('nonsense',), ('sail',), ('sail', 'ideal', '--nonsense')])
@@ -322,17 +271,6 @@ def test_quiet_still_says_errors() -> None:
     assert 'no_such_bag' in tauto('replay', 'no_such_bag', '-q').stderr
 
 
-def test_a_decimal_comma_is_understood() -> None:
-    run = subprocess.run(
-        [sys.executable, '-m', 'tauto_core', 'sail', 'ideal', '--duration', '0,5'],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert run.returncode == 2
-    assert 'has a decimal comma. Write 0.5' in run.stderr
-
-
 @pytest.mark.parametrize(
     ('line', 'words'),
     [
@@ -348,30 +286,6 @@ def test_a_slip_of_the_pen_is_answered_with_a_guess(tmp_path: Path, line: str, w
     run = tauto('scene', 'check', scene)
     assert run.exit_code == 2
     assert words in run.stderr
-
-
-def test_keys_of_a_scene_are_set_on_the_command_line() -> None:
-    changed = json.loads(tauto(*MINUTE, '--set', 'trochlea.release_angle=0.3', '--json').stdout)
-    called = voyage.sail(
-        load_scene('cheek_before_euler', duration=60.0, **{'trochlea.release_angle': 0.3}),
-        origin='cheek_before_euler',
-    ).result
-    assert changed['clock'] == called['clock']
-    facts = json.loads(tauto('scene', 'check', 'ideal', '--set', 'duration=60', '--json').stdout)
-    assert facts['duration_s'] == 60.0
-    drawn = tauto('isochronism', 'ideal', '--amplitudes', '1', '--set', 'trochlea.inertia=1.6e-3')
-    assert 'nominal period' in drawn.stdout
-
-
-@pytest.mark.parametrize('rate', ['8.3333333', '7', '0.3', '1500', '6'])
-@pytest.mark.parametrize('interval', [1.0, 0.1, 0.04])
-def test_the_rate_that_is_named_is_accepted(rate: str, interval: float) -> None:
-    log = ('--set', f'log.interval={interval}')
-    refused = tauto('scene', 'check', 'second_cam_at_sea', '--set', f'ship.rate={rate}', *log)
-    assert refused.exit_code == 2
-    named = re.search(r'for example ([\d.]+) Hz', refused.stderr)
-    assert named, refused.stderr
-    load_scene('second_cam_at_sea', **{'ship.rate': float(named[1]), 'log.interval': interval})
 
 
 def test_null_removes_a_key_that_may_be_absent() -> None:
@@ -415,9 +329,3 @@ def test_a_bag_was_sailed_already() -> None:
     run = tauto('plot', BAGS / 'cheek_1min', 'error', '--set', 'seed=2')
     assert run.exit_code == 2
     assert 'seed: applies to a scene, not to a bag' in run.stderr
-
-
-def test_no_line_ends_with_blanks() -> None:
-    said = tauto('sail', 'measured', '--duration', '60').stdout
-    assert len(said.splitlines()) > 5
-    assert [line for line in said.splitlines() if line != line.rstrip()] == []

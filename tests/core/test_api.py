@@ -124,10 +124,9 @@ def test_a_bag_replays_to_the_same_voyage(sailed: tauto.Voyage, tmp_path: Path) 
     [
         tauto.replay,
         lambda bag: tauto.plot(bag, 'error'),
-        lambda bag: tauto.report(bag, bag.with_suffix('.html')),
         lambda bag: CliRunner().invoke(app, ['replay', str(bag)], catch_exceptions=False),
     ],
-    ids=['replay', 'plot', 'report', 'command'],
+    ids=['replay', 'plot', 'command'],
 )
 def test_a_bag_is_decompressed_and_its_scene_decoded_once(
     sailed: tauto.Voyage,
@@ -335,9 +334,6 @@ _COMMANDS: dict[str, Callable[[tauto.Scene], Mapping[str, Any]]] = {
     'cam': lambda scene: tauto.cam(scene, points=11).facts(),
     'budget': lambda scene: tauto.budget(scene, jobs=1).facts(),
     'compare': lambda scene: asdict(tauto.compare(scene, jobs=1)),
-    'fleet': lambda scene: {
-        'rows': [{**row, 'run_s': 0.0} for row in tauto.fleet(scene, ships=1, jobs=1).rows]
-    },
     'trial': lambda scene: {
         'sailed': scene_of_passage(_content(scene, ''), PASSAGE),
         'keys_left_out': replaced_by_log(scene),

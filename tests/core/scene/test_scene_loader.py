@@ -13,6 +13,7 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from tauto_core.checks.readiness import check_scene
 from tauto_core.scene import Scene, SceneError, load_scene, parse_scene, scene_yaml, shipped_scenes
 from tauto_core.scene.errors import UsageError
 from tauto_core.scene.loader import DEFAULT_SCENE
@@ -30,6 +31,7 @@ def test_the_default_is_a_scene_that_ships() -> None:
 def test_shipped_scenes_load_and_round_trip(name: str) -> None:
     scene = load_scene(name)
     assert scene.name == name
+    check_scene(scene)
     text = scene_yaml(scene)
     assert parse_scene(text, 'bag') == scene
     assert scene_yaml(parse_scene(text, 'bag')) == text
@@ -142,7 +144,7 @@ IDEAL = load_scene('ideal')
 PRINTABLE = st.characters(exclude_categories=('Cc', 'Cs', 'Zl', 'Zp'))
 
 
-@settings(deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(st.text(PRINTABLE, min_size=1, max_size=120))
 def test_any_name_survives_the_round_trip(name: str) -> None:
     scene = IDEAL.model_copy(update={'name': name})
@@ -177,7 +179,7 @@ def paths(content: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
     return [found for key, value in inner for found in [(*path, key), *paths(value, (*path, key))]]
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(st.data())
 def test_a_spoilt_scene_is_a_scene_or_refused(data: st.DataObject) -> None:
     content = copy.deepcopy(data.draw(st.sampled_from(SECTIONS)))
@@ -195,7 +197,7 @@ def test_a_spoilt_scene_is_a_scene_or_refused(data: st.DataObject) -> None:
     accepted_or_refused(yaml.safe_dump(content, allow_unicode=True))
 
 
-@settings(max_examples=80, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(st.text(alphabet='abk: -[]{}!&*?|>"\'#%@\n\t019.e+~\x00ü', max_size=40))
 def test_any_text_is_a_scene_or_refused(text: str) -> None:
     accepted_or_refused(text)

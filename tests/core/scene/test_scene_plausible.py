@@ -37,25 +37,16 @@ def changed(name: str, key: str, value: object) -> Scene:
 SLIPS = [
     ('measured', 'trochlea.release_angle', 57.3, 'more than 6.28 rad', 'in degrees', '1'),
     ('measured', 'trochlea.cam.base_radius', 5.0, 'more than 0.5 m', 'in millimetres', '0.005'),
-    ('measured', 'trochlea.cam.base_radius', 0.5001, 'more than 0.5 m', 'in centimetres', '0.00'),
-    ('measured', 'trochlea.power.mass', 322.0, 'more than 50 kg', 'in grams', '0.322'),
     ('measured', 'trochlea.inertia', 4.0, 'more than 1 kg m2', 'in kg cm2', '0.0004'),
-    ('measured', 'trochlea.inertia', 4000.0, 'more than 1 kg m2', 'in g cm2', '0.0004'),
     ('measured', 'duration', 600.0 * 86_400.0, '600 days, more than 400 days', 'in mill', '5.18'),
     ('measured', 'duration', 1.0, 'less than 10 s', 'in days', '8.64e+04'),
     ('measured', 'gravity', 981.0, 'more than 30 m/s2', 'in cm/s2', '9.81'),
-    ('measured', 'gravity', 32.2, 'more than 30 m/s2', 'in feet/s2', '9.815'),
-    ('measured', 'clock.nominal_period', 1005.0, 'more than 20 s', 'in milliseconds', '1.005'),
     ('measured', 'ship.height', 300.0, 'more than 100 m', 'in centimetres', '3'),
     ('measured', 'voyage.speed', 500.0, 'more than 25 m/s', 'Its unit is m/s', ''),
     ('second_cam_at_sea', 'trochlea.thread.distance', 80.0, 'more than 5 m', 'millim', '0.08'),
-    ('second_cam_at_sea', 'trochlea.power.force', 1579.0, 'more than 500 N', 'in milli', '1.579'),
     ('second_cam_at_sea', 'ship.roll.damping_ratio', 8.0, 'more than 1', 'in per cent', '0.08'),
-    ('second_cam_at_sea', 'ship.sea.peak_period', 9000.0, 'more than 40 s', 'in millis', '9'),
     ('cheek_before_euler', 'ship.components[0].amplitude', 1.4, 'more than 1.2 rad', 'deg', '0.0'),
-    ('cheek_before_euler', 'escapement.energy', 19.5, 'more than 0.1 J', 'in millijou', '0.0195'),
     ('cheek_before_euler', 'escapement.angle', 10.0, 'more than 3.14 rad', 'in degrees', '0.174'),
-    ('suspended_weight_at_sea', 'suspension.depth', 100.0, 'more than 5 m', 'in millim', '0.1'),
     ('globe_in_oil', 'regulator.body_density', 7.8, 'less than 100 kg/m3', 'in g/cm3', '7800'),
 ]
 
@@ -86,12 +77,7 @@ def test_times_of_a_voyage_in_days_are_doubted() -> None:
 
 BEYOND = [
     ('measured', 'trochlea.release_angle', 57.3),
-    ('measured', 'trochlea.cam.base_radius', 5.0),
-    ('measured', 'trochlea.power.mass', 322.0),
-    ('measured', 'gravity', 981.0),
-    ('measured', 'clock.nominal_period', 1005.0),
     ('measured', 'ship.height', 300.0),
-    ('cheek_before_euler', 'escapement.energy', 5.0),
     ('cheek_before_euler', 'ship.components[0].amplitude', 1.4),
     ('suspended_weight_at_sea', 'suspension.depth', 100.0),
 ]
@@ -99,11 +85,8 @@ BEYOND = [
 
 SAFE = [
     ('measured', 'duration', 600.0 * 86_400.0),
-    ('measured', 'duration', 1.0),
     ('measured', 'voyage.speed', 500.0),
-    ('measured', 'drift.observation_sigma', 7200.0),
     ('second_cam_at_sea', 'ship.rate', 4000.0),
-    ('second_cam_at_sea', 'trochlea.inertia', 1e-11),
     ('globe_in_oil', 'regulator.body_density', 7.8),
 ]
 """Numbers that are smaller than any known, or do not change what machine and ship do."""
@@ -154,7 +137,6 @@ def heavy(folder: Path) -> Path:
 COMMANDS = [
     ('sail',),
     ('plot', 'error', '--out', 'error.svg'),
-    ('report', '--out', 'heavy.html'),
 ]
 
 

@@ -125,64 +125,34 @@ def test_the_scene_that_the_refusals_spoil_is_accepted() -> None:
         ('name', 'two\nlines', 'name', 'one line'),
         ('name', 'a' * 1001, 'name', 'at most 1000'),
         ('log', {'motion': 'yes'}, 'log.motion', 'true or false'),
-        ('drag', [0.0], 'drag', 'mapping'),
         ('ship.recorded', 'roll.csv', 'ship.recorded', 'mapping'),
         ('voyage.departure', 50.0, 'voyage.departure', 'must be a list'),
         # ranges
         ('duration', float('nan'), 'duration', 'finite'),
-        ('gravity', float('inf'), 'gravity', 'finite'),
-        ('trochlea.release_angle', float('-inf'), 'trochlea.release_angle', 'finite'),
-        ('trochlea.inertia', -4e-4, 'trochlea.inertia', 'greater than 0'),
         ('trochlea.inertia', 0.0, 'trochlea.inertia', 'greater than 0'),
-        ('trochlea.cam.base_radius', -0.01, 'trochlea.cam.base_radius', 'greater than 0'),
-        ('duration', 0, 'duration', 'greater than 0'),
-        ('duration', -600.0, 'duration', 'greater than 0'),
-        ('starts_at', 0.0, 'starts_at', 'greater than 0'),
-        ('starts_at', -5.0, 'starts_at', 'greater than 0'),
-        ('seed', -1, 'seed', 'at least 0'),
-        ('drag', {'viscous': -1.0}, 'drag.viscous', 'at least 0'),
         ('escapement.energy', 0.0, 'escapement.energy', 'greater than 0'),
         ('escapement.energy', -1e-6, 'escapement.energy', 'at least 0'),
-        ('escapement.rest', {'recoil': -1e-4}, 'escapement.rest.recoil', 'at least 0'),
-        ('escapement.rest', {'friction': -1e-4}, 'escapement.rest.friction', 'at least 0'),
         ('escapement.rest', {'recol': 1e-4}, 'escapement.rest.recol', 'Did you mean `recoil`'),
-        ('escapement.rest', 1e-4, 'escapement.rest', 'mapping'),
         ('escapement.rest', {'recoil': 1e40}, 'escapement.rest.recoil', 'at most 1e+30'),
-        ('clock', {'nominal_period': 0.0}, 'clock.nominal_period', 'greater than 0'),
         ('drift.states', 4, 'drift.states', '2 or 3'),
         ('drift.observation_sigma', 0.0, 'drift.observation_sigma', 'at least 1e-09'),
         ('drift.observation_sigma', 1e300, 'drift.observation_sigma', 'at most 86400'),
-        ('drift.observation_sigma', -0.5, 'drift.observation_sigma', 'at least 1e-09'),
-        ('drift.gate', 0.5, 'drift.gate', 'at least 1'),
-        ('drift.gate', float('inf'), 'drift.gate', 'finite'),
-        ('clock', {'white_fm': -0.1}, 'clock.white_fm', 'at least 0'),
-        ('clock', {'random_walk_fm': 1e6}, 'clock.random_walk_fm', 'at most 86400'),
-        ('drift.prior_rate_sigma', 1e300, 'drift.prior_rate_sigma', 'at most 86400'),
         (
             'ship',
             SEA | {'sea': CHOP | {'significant_wave_height': 1e200, 'peak_period': 9.0}},
             'ship.sea.significant_wave_height',
             'at most 100',
         ),
-        ('voyage.departure', [90.5, 0.0], 'voyage.departure[0]', 'at most 90'),
         ('voyage.arrival', [0.0, -180.5], 'voyage.arrival[1]', 'at least -180'),
         ('voyage.arrival', [1.0, 2.0, 3.0], 'voyage.arrival', 'limit is at most 2'),
-        ('voyage.sails_at', -1.0, 'voyage.sails_at', 'at least 0'),
-        ('ship.recorded.max_gap', 0.0, 'ship.recorded.max_gap', 'greater than 0'),
-        ('solver', {'accuracy': 9e-10}, 'solver.accuracy', 'must be at least 1e-09.'),
-        ('solver', {'accuracy': 2.0}, 'solver.accuracy', 'must be at most 1.0. '),
         (
             'solver',
             {'accuracy': 1e-3, 'tolerance': 1e-6},
             'solver.tolerance',
             'follows from solver.accuracy',
         ),
-        ('solver', {'tolerance': 9e-16}, 'solver.tolerance', 'must be at least 1e-15.'),
-        ('solver', {'tolerance': 1.1e-3}, 'solver.tolerance', 'at most 0.001'),
-        ('solver', {'tolerance': float('nan')}, 'solver.tolerance', 'finite'),
         ('solver', {'tolerance': '1.0e-9'}, 'solver.tolerance', 'quotes'),
         ('solver', {'tolerence': 1e-9}, 'solver.tolerence', 'Did you mean `tolerance`'),
-        ('solver', 1e-12, 'solver', 'mapping'),
         # combinations
         ('trochlea.thread', {'kind': 'hole', 'distance': 0.1}, 'trochlea.thread.kind', 'vertical'),
         (
@@ -212,12 +182,10 @@ def test_the_scene_that_the_refusals_spoil_is_accepted() -> None:
         ('ship', WAVES | {'height': 1e300}, 'ship.height', 'at most 1e+30'),
         ('voyage.arrives_at', REMOVED, 'voyage.arrives_at', 'or `speed: …` [m/s]'),
         ('voyage.speed', 3.0, 'voyage.speed', 'does not go with voyage.arrives_at, 600.0 s'),
-        ('voyage.speed', 0.0, 'voyage.speed', 'greater than 0'),
         ('voyage.track', 'great circle', 'voyage.track', "must be 'geodesic' or 'rhumb'"),
         ('voyage.track', 'rumb', 'voyage.track', 'did you mean rhumb?'),
         ('voyage.arrival', [90.0, 0.0], 'voyage.arrival', 'nearer to a pole than 89.68°'),
         ('voyage.waypoints', [[-89.7, 0.0]], 'voyage.waypoints[0]', 'nearer to a pole'),
-        ('voyage.waypoints', [[91.0, 0.0]], 'voyage.waypoints[0].place[0]', 'at most 90'),
         ('voyage.waypoints', [20.0, 30.0], 'voyage.waypoints[0]', 'mapping'),
         ('voyage.waypoints', [{'at': 9.0}], 'voyage.waypoints[0].place', 'is missing'),
         ('voyage.waypoints', [[50.0, -1.0]], 'voyage.waypoints[0]', 'as voyage.departure'),
@@ -268,6 +236,15 @@ def test_only_an_unfitting_log_interval_is_refused(ship: Any) -> None:
         assert [each.key for each in error.problems] == ['log.interval']
         for near in re.findall(r'[\d.]+', error.remedy.removesuffix('.')):
             parse_scene(changed(*asked, ('log', {'interval': float(near)})), 'good.yaml')
+
+
+def test_the_rate_in_a_remedy_is_accepted() -> None:
+    for rate, interval in ((8.3333333, 1.0), (7.0, 0.04), (0.3, 0.1), (1500.0, 1.0)):
+        log = ('log', {'interval': interval})
+        error = refusal(('ship', WAVES | {'rate': rate}), log)
+        near = re.search(r'for example ([\d.]+) Hz', error.remedy)
+        assert near, error.remedy
+        parse_scene(changed(('ship', WAVES | {'rate': float(near[1])}), log), 'good.yaml')
 
 
 def test_a_time_that_alone_does_not_fit_the_log_is_refused() -> None:

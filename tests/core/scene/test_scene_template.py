@@ -24,11 +24,7 @@ SHIP_KINDS = [kind_of(model) for model in kinds_in(SHIPS)]
 SAILED = [
     {},
     {'ship': 'recorded', 'escapement': 'remontoire'},
-    {'ship': 'components', 'thread': 'hanging'},
-    {'cam': 'lever_corrected', 'escapement': 'impulse'},
     {'cam': 'spring_corrected', 'thread': 'hole'},
-    {'cam': 'measured', 'power': 'weight_and_spring'},
-    {'ship': 'still', 'cam': 'circular_arc', 'power': 'force'},
 ]
 
 
