@@ -25,7 +25,7 @@ from unittest.mock import patch
 import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.interpolate import BPoly
-from thread_references import Swinging, reference_of
+from thread_references import Swinging, reference_of, solve
 
 from tauto_core.curves.cams.corrected import WeightCorrected
 from tauto_core.machines import AnyMachine, FluidPendulum, HangingMachine, Machine, compile_machine
@@ -175,24 +175,39 @@ class Reference:
             self._latest = asked, self._evaluated(t, y, d)
         return self._latest[1]
 
+    def _warmth(self, t: float) -> tuple[float, float, float, float]:
+        """Return T − T₀ [K], Ṫ [K/s], and factors of the pull and of the viscous drag."""
+        return 0.0, 0.0, 1.0, 1.0
+
     def _evaluated(self, t: float, y: FloatArray, d: float) -> _Instant:
-        machine, forcing, drag = self._machine, self._forcing, self._machine.drag
-        tilt = self._channel(forcing.tilt, t)
-        still = forcing.gravity is None
+        machine, forcing, drag, heat = (
+            self._machine,
+            self._forcing,
+            self._machine.drag,
+            self._machine.heat,
+        )
+        (delta, per_s, kept, thin), line = self._warmth(t), self._channel(forcing.neutral, t)
+        tilt, still = self._channel(forcing.tilt, t), forcing.gravity is None
         gravity = machine.gravity if still else self._channel(forcing.gravity, t)[0]
+        grown, grown_cam = 1.0 + heat.wheel * delta, 1.0 + heat.cam * delta
         (felt, felt_rate), carried = y.tolist(), machine.carried_mass
-        arm, slope, lift = self._lever(felt)
-        pull = machine.force + machine.stiffness * lift + machine.pulling_mass * gravity
-        ride, rate = carried * slope * felt_rate * felt_rate, felt_rate + tilt[1]
-        against = machine.inertia * self._channel(forcing.neutral, t)[2] + (pull + ride) * arm
+        arm, slope, lift = (grown_cam * each for each in self._lever(felt))
+        inertia = machine.inertia * grown * grown
+        spring = (1.0 + heat.force * delta) * (machine.force + machine.stiffness * lift)
+        pull = kept * (spring + machine.pulling_mass * gravity)
+        widening = 2.0 * heat.cam * per_s / grown_cam * arm * felt_rate
+        ride, rate = carried * (slope * felt_rate * felt_rate + widening), felt_rate + tilt[1]
+        against = inertia * line[2] + (pull + ride) * arm
+        against += 2.0 * machine.inertia * grown * heat.wheel * per_s * (felt_rate + line[1])
         if drag is not None:
-            against += drag.viscous * rate + d * (drag.quadratic * rate * rate + drag.coulomb)
+            against += thin * drag.viscous * rate
+            against += d * (drag.quadratic * rate * rate + drag.coulomb)
         if machine.escapement is not None:
             against += self._now.pallet * machine.escapement.recoil
         if machine.imbalance is not None:
             moment, direction = machine.imbalance
-            against += moment * gravity * math.sin(felt + self._aside(t) + direction)
-        mass = machine.inertia + carried * arm * arm
+            against += moment * grown * gravity * math.sin(felt + self._aside(t) + direction)
+        mass = inertia + carried * arm * arm
         bend = -against / mass
         tension = pull + ride + carried * arm * bend
         of_case = felt + tilt[0], rate, bend + tilt[2]
@@ -233,23 +248,11 @@ class Reference:
     ) -> tuple[FloatArray, FloatArray, str]:
         """Return times and states of the steps up to the first event, and its kind or ''."""
         kinds = [kind for kind in self._events(t, y) if kind != without]
-        values = [partial(lambda kind, t, y: self._events(t, y)[kind][0], kind) for kind in kinds]
-        for value in values:
-            value.terminal, value.direction = True, -1.0
-        found = solve_ivp(
-            self._slopes,
-            (t, end),
-            y,
-            method='DOP853',
-            events=values,
-            rtol=RTOL,
-            atol=self._atol,
-            max_step=self._machine.small_period / STEPS_A_SWING,
-        )
-        if found.status < 0:
-            raise PropagationError(f'DOP853 gave up: {found.message}', self._time(found.t[-1]))
-        hit = [kind for kind, at in zip(kinds, found.t_events or [], strict=True) if len(at)]
-        return found.t, found.y, hit[0] if hit else ''
+        events = {
+            kind: partial(lambda kind, t, y: self._events(t, y)[kind][0], kind) for kind in kinds
+        }
+        step_s = self._machine.small_period / STEPS_A_SWING
+        return solve(self._slopes, (t, end), y, events, atol=self._atol, max_step=step_s)
 
     def _span(self, length: float) -> FloatArray:
         """Advance over a span and return ϑ and ϑ̇ at its end."""
@@ -388,61 +391,20 @@ def _tangent(mean: float) -> float:
 class HotReference(Reference):
     """DOP853 of I ψ̈ + İ ψ̇ + t (F + m d²h/dt²) = −drag, with t, I, F and c₁ of the instant."""
 
-    def _numbers(self, t: float) -> tuple[float, float]:
-        felt, forcing = self._forcing.temperatures, self._forcing
+    def _warmth(self, t: float) -> tuple[float, float, float, float]:
+        felt, forcing, heat = self._forcing.temperatures, self._forcing, self._machine.heat
         assert felt is not None
         row = int(felt.interval[self._k])
         span_s = (forcing.end[self._k] - forcing.begin[self._k]) * forcing.length_s[self._k]
-        self._since_s = float(forcing.end_ns[self._k]) * 1e-9 - float(span_s) + t
-        u = (self._since_s - felt.begin_s[row]) / felt.interval_s
+        since_s = float(forcing.end_ns[self._k]) * 1e-9 - float(span_s) + t
+        u = (since_s - felt.begin_s[row]) / felt.interval_s
         first, last = felt.celsius[row].tolist()
-        delta = first + u * (last - first) - self._machine.heat.at_celsius
-        return delta, (last - first) / felt.interval_s
-
-    def _evaluated(self, t: float, y: FloatArray, d: float) -> _Instant:
-        machine, forcing, heat, drag = (
-            self._machine,
-            self._forcing,
-            self._machine.heat,
-            self._machine.drag,
-        )
-        delta, per_s = self._numbers(t)
-        tilt, still = self._channel(forcing.tilt, t), forcing.gravity is None
-        gravity = machine.gravity if still else self._channel(forcing.gravity, t)[0]
-        line = self._channel(forcing.neutral, t)
-        grown, grown_cam = 1.0 + heat.wheel * delta, 1.0 + heat.cam * delta
-        arm, slope, lift = (grown_cam * each for each in self._lever(float(y[0])))
-        inertia = machine.inertia * grown * grown
-        kept_s = heat.leaves * (
-            (delta + heat.at_celsius - heat.middle) ** 2 - (heat.at_celsius - heat.middle) ** 2
-        )
-        kept = (1.0 + (kept_s - heat.takes * delta) / 86400.0) ** 2
-        spring = (1.0 + heat.force * delta) * (machine.force + machine.stiffness * lift)
-        pull = kept * (spring + machine.pulling_mass * gravity)
-        felt, felt_rate = y.tolist()
-        carried, rate = machine.carried_mass, felt_rate + tilt[1]
-        ride = carried * (
-            slope * felt_rate**2 + 2.0 * heat.cam * per_s / grown_cam * arm * felt_rate
-        )
-        against = inertia * line[2] + (pull + ride) * arm
-        if machine.imbalance is not None:  # on land
-            moment, direction = machine.imbalance
-            against += moment * grown * gravity * math.sin(float(y[0]) + direction)
-        against += 2.0 * machine.inertia * grown * heat.wheel * per_s * (felt_rate + line[1])
-        if drag is not None:
-            thin = math.exp(
-                -heat.oil.rate * delta / (1.0 + heat.oil.per_kelvin * delta)
-                + heat.thickening * self._since_s
-            )
-            against += thin * drag.viscous * rate
-            against += d * (drag.quadratic * rate * rate + drag.coulomb)
-        if machine.escapement is not None:
-            against += self._now.pallet * machine.escapement.recoil
-        mass = inertia + carried * arm * arm
-        bend = -against / mass
-        tension = pull + ride + carried * arm * bend
-        of_case = felt + tilt[0], rate, bend + tilt[2]
-        return _Instant(felt, felt_rate, bend, *of_case, mass, -tension * arm, tension)
+        delta = first + u * (last - first) - heat.at_celsius
+        middle = heat.at_celsius - heat.middle
+        lost_s = heat.leaves * ((delta + middle) ** 2 - middle**2) - heat.takes * delta
+        thin = -heat.oil.rate * delta / (1.0 + heat.oil.per_kelvin * delta)
+        thin = math.exp(thin + heat.thickening * since_s)
+        return delta, (last - first) / felt.interval_s, (1.0 + lost_s / 86400.0) ** 2, thin
 
 
 def _passages(times: FloatArray, values: FloatArray) -> tuple[int, int]:

@@ -62,7 +62,7 @@ def test_a_clock_released_in_its_steady_swing_repeats_it(trochlea, drag, energy,
     np.testing.assert_allclose(joints.velocity[:, 0], 0.0, rtol=0, atol=bend * late + 1e-9)
 
 
-@pytest.mark.parametrize(('energy', 'recoil'), [(2e-3, 0.0), (1e-3, 1e-3)])
+@pytest.mark.parametrize(('energy', 'recoil'), [(1e-3, 1e-3)])
 def test_sullys_lever_settles_where_it_is_foretold(energy, recoil):
     """Its turning points are not quite at one height: the amplitude errs by the loss squared.
 

@@ -59,16 +59,6 @@ CASES = {
         'drag': {'viscous': 1e-5},
         'escapement': {**IMPULSE, 'angle': -0.2},
     },
-    'impulses far behind it': {
-        'trochlea': WEIGHT,
-        'drag': {'viscous': 1e-5},
-        'escapement': {**IMPULSE, 'angle': 0.55},
-    },
-    'a wide swing': {
-        'trochlea': {**WEIGHT, 'release_angle': 2.5},
-        'drag': {'viscous': 1e-5},
-        'escapement': {**IMPULSE, 'energy': 1e-3},
-    },
     "the weight's own cam": {
         'trochlea': {**WEIGHT, 'cam': {'kind': 'weight_corrected', 'period': 4.0}},
         'drag': {'viscous': 1e-5},
@@ -137,7 +127,7 @@ def test_each_sweep_takes_a_factor_off_the_error(name):
 @pytest.mark.parametrize(
     'name', ['a weight with drag', 'a cheek, whose kink is where impulses are']
 )
-@pytest.mark.parametrize(('log', 'spans'), [(0.05, 16), (0.5, 1), (4.0, 3)])
+@pytest.mark.parametrize(('log', 'spans'), [(0.05, 16), (4.0, 3)])
 def test_chunks_and_saved_states_have_the_same_bits(name, log, spans):
     machine, forcing = forced(CASES[name], log=log, duration=28.0)
 
@@ -218,16 +208,16 @@ def test_an_impulse_passed_twice_within_a_long_step_is_given(release, angle, rol
     [(WEIGHT, IMPULSE), (CHEEK, {**IMPULSE, 'energy': 1e-5, 'angle': 0.0})],
     ids=['a weight', 'a cheek'],
 )
-def test_on_land_a_day_keeps_the_rate_of_the_driver(trochlea, escapement):
-    """One span of a day, in which x has two doubles. Kink and impulse of the cheek coincide."""
+def test_on_land_hours_keep_the_rate_of_the_driver(trochlea, escapement):
+    """One span of hours, in which x has two doubles. Kink and impulse of the cheek coincide."""
     scene = scene_of(
         trochlea=trochlea,
         drag={'viscous': 1e-5},
         escapement=escapement,
-        duration=86_400.0,
-        log={'interval': 86_400.0},
+        duration=20_000.0,
+        log={'interval': 20_000.0},
     )
-    machine, forcing = compile_machine(scene), on_land(1, 86_400.0)
+    machine, forcing = compile_machine(scene), on_land(1, 20_000.0)
     angles = []
     for engine in (FreeEndCollocation(machine, None, 6), Collocation(machine)):
         angles.append(moved(engine, forcing).angle[0])
@@ -313,8 +303,8 @@ def test_the_length_of_a_step_on_a_cheek_is_that_of_its_swing() -> None:
 
 
 def test_the_bound_of_a_bent_swing_keeps_the_accuracy() -> None:
-    """Two sweeps: in the worst sea of the passage, for two days."""
-    asked = {'solver.accuracy': 1e-3, 'suspension': ABSENT, 'duration': 2.0 * DAY_S}
+    """Two sweeps: in the worst sea of the passage, for a day."""
+    asked = {'solver.accuracy': 1e-3, 'suspension': ABSENT, 'duration': DAY_S}
     scene = load_scene('clock_own_cam_weight', **asked)
     machine = compile_machine(scene)
     assert free_end_of(machine, 2).near_phase == NEAR_BENT

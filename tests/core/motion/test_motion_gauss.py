@@ -54,20 +54,3 @@ def test_the_constants_integrate_legendre_polynomials(stages):
             found = (t + 1) / 2 * mp.fsum(g * t**k for k, g in enumerate(powers))
             size = np.abs(constants.integral).max()
             assert abs(found - integral(n, t)) < stages**2 * size * mp.mpf(2) ** -53
-
-
-@STAGES
-def test_folded_integrals_unfold_to_the_integrals_to_the_nodes(stages):
-    """Of nodes j and j' and their mirror images: the rule is symmetric."""
-    constants, h = gauss_constants(stages), stages // 2
-    shared = constants.folded[h, :h]
-    assert constants.folded[h, h:].tolist() == shared.tolist()
-    assert (2.0 * shared).tolist() == constants.weights[:h].tolist()
-    for j in range(h):
-        p, q = constants.folded[j, :h], constants.folded[j, h:]
-        for row, sign in ((j, 1.0), (-1 - j, -1.0)):
-            wanted = constants.columns[row]
-            near, far = shared[j] + (p + sign * q), shared[j] - (p - sign * q)
-            sizes = np.abs(p) + np.abs(q) + shared[j]
-            assert np.all(np.abs(near - wanted[:h]) < 2.0**-51 * sizes)
-            assert np.all(np.abs(far[::-1] - wanted[h:]) < 2.0**-51 * sizes)

@@ -21,7 +21,7 @@ from tauto_core.curves.cams.table import Fitted
 from tauto_core.machines import Machine, compile_machine
 from tauto_core.machines.heat import NO_HEAT, Heat
 from tauto_core.motion import Forcing, make_propagator
-from tauto_core.motion.forcing import SPANNED, Temperatures
+from tauto_core.motion.forcing import Temperatures
 from tauto_core.motion.free_end import FreeEndCollocation
 
 INVOLUTE: dict[str, Any] = {
@@ -136,7 +136,7 @@ def compared(moved: Machine, forcing: Forcing) -> tuple[float, float]:
 
 @pytest.mark.parametrize(
     ('name', 'swings'),
-    [*((name, 6.37) for name in MACHINES), ('cam of steel', 6.0), ('oil', 6.0)],
+    [*((name, 6.37) for name in MACHINES), ('cam of steel', 6.0)],
 )
 def test_a_clock_that_warms_on_land_reads_as_integrated(name: str, swings: float) -> None:
     """Also if logged instants keep step with the swing.
@@ -157,7 +157,7 @@ def test_a_clock_that_warms_on_land_reads_as_integrated(name: str, swings: float
     assert smaller_s < 0.01 * error_s
 
 
-@pytest.mark.parametrize('name', ['brass, a weight', 'cam of steel', 'oil', 'all of steel'])
+@pytest.mark.parametrize('name', ['cam of steel', 'oil'])
 def test_a_clock_that_warms_at_sea_reads_as_integrated(name: str) -> None:
     moved = machine(name)
     forcing = warmed(at_sea(moved, 20.0, 5.0), 5.0, np.array([20.0, 35.0, 30.0, 10.0, 12.0]))
@@ -169,10 +169,9 @@ def test_a_clock_that_warms_at_sea_reads_as_integrated(name: str) -> None:
     ('cam', 'log_s', 'celsius'),
     [
         (INVOLUTE['cam'], 12.0, [20.0, 35.0, 30.0, 10.0, 12.0]),
-        ({'kind': 'weight_corrected', 'period': 1.0}, 4.0, [20.0, 21.0, 20.8]),
         ({'kind': 'circular_arc', 'radius': 0.001, 'root_depth': 0.005}, 10.0, [20.0, 23.0, 22.0]),
     ],
-    ids=['involute', 'weight_corrected', 'circular_arc'],
+    ids=['involute', 'circular_arc'],
 )
 def test_event_to_event_steps_with_heat_read_as_integrated(
     cam: dict[str, Any], log_s: float, celsius: list[float]
@@ -218,21 +217,12 @@ def test_chunks_of_free_end_steps_have_the_same_bits_with_heat() -> None:
 
 def first_spans(forcing: Forcing, count: int) -> Forcing:
     """Return the first spans, with their log intervals."""
-    felt = forcing.temperatures
+    first = forcing.part(0, count)
+    felt = first.temperatures
     assert felt is not None
-    known = int(felt.interval[count - 1]) + 1
-    felt = replace(
-        felt,
-        celsius=felt.celsius[:known],
-        begin_s=felt.begin_s[:known],
-        interval=felt.interval[:count],
-        place=felt.place[:count],
-    )
-    spans = {
-        name: None if (rows := getattr(forcing, name)) is None else rows[:count]
-        for name in SPANNED
-    }
-    return Forcing(**spans, temperatures=felt)
+    known = int(felt.interval[-1]) + 1
+    felt = replace(felt, celsius=felt.celsius[:known], begin_s=felt.begin_s[:known])
+    return replace(first, temperatures=felt)
 
 
 def test_an_anharmonic_swing_keeps_its_action_as_its_force_grows() -> None:

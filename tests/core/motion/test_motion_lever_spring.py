@@ -128,7 +128,10 @@ def test_its_period_agrees_with_dop853(thread: dict[str, Any], power: dict[str, 
     assert machine.period(1e-4) == pytest.approx(machine.small_period, rel=1e-7)
 
 
-@pytest.mark.parametrize(('thread', 'power'), CASES)
+@pytest.mark.parametrize(
+    ('thread', 'power'),
+    [(TIED, CONSTANT), (ARC | PORT, SPRING), (ARC, CUBIC), (TIED | DOWN | PORT, WEIGHT)],
+)
 def test_it_sails_as_dop853_does(thread: dict[str, Any], power: dict[str, Any]) -> None:
     """Over three swings with drag, in a case that rolls."""
     ship = SEA if power is WEIGHT else HEAVING

@@ -66,9 +66,9 @@ def mirrored(imu: ImuSamples) -> ImuSamples:
 
 
 @pytest.mark.parametrize(
-    ('ship', 'amplitude'), [(SHIP, 1.0), (SEA, 0.02)], ids=['roll and heave', 'sea']
+    ('name', 'ship', 'amplitude'),
+    [*((name, SHIP, 1.0) for name in SYMMETRIC), ('weight', SEA, 0.02)],
 )
-@pytest.mark.parametrize('name', SYMMETRIC)
 def test_mirror_images_read_alike(name, ship, amplitude):
     sections = dict(SYMMETRIC[name])
     trochlea = sections.pop('trochlea', {})
@@ -179,7 +179,7 @@ CASES: dict[str, tuple[bool, dict[str, Any]]] = {
 
 
 @pytest.mark.parametrize('name', CASES)
-@pytest.mark.parametrize('amplitude', [1.0, -0.1, 0.03, -2e-3, 1e-4])
+@pytest.mark.parametrize('amplitude', [-0.1, -2e-3, 1e-4])
 def test_turns_and_beats_are_those_of_an_independent_integration(name, amplitude):
     """From swings that outweigh the roll tenfold to ones that it outweighs a hundredfold."""
     follows, sections = CASES[name]

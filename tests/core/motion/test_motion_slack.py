@@ -72,7 +72,7 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize('name', [name for name in CASES if name not in ('lever', 'swinging')])
+@pytest.mark.parametrize('name', sorted(CASES.keys() - {'vertical', 'lever', 'swinging'}))
 def test_a_slack_thread_agrees_with_dop853(name):
     """To 1e-9 rad, since errors before the tautening grow after it.
 
@@ -97,19 +97,17 @@ def test_a_slack_thread_agrees_with_dop853(name):
     assert min(each.slack_s for each in tautened) > 0.0
 
 
-@pytest.mark.parametrize('name', ['swinging', 'lever'])
-def test_a_weight_falls_by_the_whole_force_near_weightlessness(name):
+def test_a_weight_falls_by_the_whole_force_near_weightlessness():
     """To the error of sampling at 200 Hz.
 
-    Without the transverse part the wheel errs by 0.08 rad in 4 s on the swinging thread, by 5e-4
-    on the lever.
+    Without the transverse part the wheel errs by 0.08 rad in 4 s.
     """
-    trochlea, amplitude, more = CASES[name]
+    trochlea, amplitude, more = CASES['swinging']
     assert amplitude == TrueShip.amplitude
     ship = {**falling(amplitude), 'rate': 200.0}
     scene = scene_of(trochlea=trochlea, ship=ship, duration=4.0, **more)
     machine, forcing = compile_machine(scene), sampled(scene)
-    reference = {'lever': Lever, 'swinging': Swinging}[name](machine)
+    reference = Swinging(machine)
     reference.ship = TrueShip
     engine = make_collocation(machine)
     engine.release(forcing)
@@ -263,7 +261,6 @@ CLOCK = {
 }
 FALLING = {**falling(2.5), 'rate': 50.0}
 STAGES = {
-    'vertical': (VERTICAL, RIPPLES, 20.0, CLOCK),
     'vertical, free-end steps': (
         VERTICAL,
         RIPPLES,
@@ -271,7 +268,6 @@ STAGES = {
         {**CLOCK, 'solver': {'tolerance': 1e-6}},
     ),
     'vertical, friction': (VERTICAL, RIPPLES, 20.0, {'drag': {'coulomb': 1e-3}}),
-    'hole': (HOLE, FALLING, 6.0, CLOCK),
     'lever': (LEVER, FALLING, 4.0, CLOCK),
     'swinging': (HANGING, FALLING, 4.0, CLOCK),
 }
@@ -286,7 +282,7 @@ def test_chunks_and_restarts_give_the_same_bits(name):
     assert len(whole[SLACK].stamp_ns) > 0
     ship, stage, parts, first = ShipMotion(scene), TrochleaStage(scene), [], 0
     imu = ship.produce(ship.total)
-    for n in [1, 7, 13, 100, 3] + [11] * 400:
+    for n in [1, 7, 13, 100, 3] + [41] * 100:
         parts.append(stage.feed({'ship/imu': take(imu, slice(first, first + n))}))
         first += n
         if first >= ship.total:
@@ -304,10 +300,9 @@ def test_chunks_and_restarts_give_the_same_bits(name):
     assert beats[-1] >= passed
 
 
-@pytest.mark.parametrize('own', [{'arm': 0.1}, {'arc': 0.1}])
-def test_a_lever_to_port_is_the_mirror_image(own):
+def test_a_lever_to_port_is_the_mirror_image():
     def motion(side: float) -> Any:
-        thread = {'kind': 'lever', 'weight_arm': 0.15, 'length': 0.3, **own}
+        thread = {'kind': 'lever', 'arc': 0.1, 'weight_arm': 0.15, 'length': 0.3}
         thread |= {} if side > 0.0 else {'fulcrum': 'port'}
         roll = {'amplitude': 0.05, 'period': 7.0, 'phase': 0.0 if side > 0.0 else math.pi}
         scene = scene_of(
@@ -325,7 +320,7 @@ def test_a_lever_to_port_is_the_mirror_image(own):
     assert lost[0].lost_joule == pytest.approx(lost_there[0].lost_joule, rel=1e-12)
 
 
-@pytest.mark.parametrize('trochlea', [VERTICAL, HOLE, LEVER, HANGING])
+@pytest.mark.parametrize('trochlea', [VERTICAL, LEVER, HANGING])
 def test_a_machine_at_35_degrees_goes_slack_as_one_made_so(trochlea):
     """The forcing stays at 35 degrees. Brass grows, and oil thins."""
     scene = scene_of(

@@ -86,10 +86,9 @@ def bearing(count: int, step_ns: int) -> BearingMotion:
 
 
 @pytest.mark.parametrize('name', CLOCKS)
-@pytest.mark.parametrize('release', [1.0, 0.02])
-def test_a_run_in_chunks_each_restored_anew_has_the_same_bits(name, release):
-    """At 0.02 rad the sea moves the wheel more than its own swing."""
-    moved = machine(name, release)
+def test_a_run_in_chunks_each_restored_anew_has_the_same_bits(name):
+    """The sea moves the wheel more than its own swing."""
+    moved = machine(name, 0.02)
     forcing = at_sea(moved, 12.0, 0.5)
     whole = make_collocation(moved)
     started = columns(whole.release(forcing))
@@ -208,7 +207,7 @@ def test_half_the_step_errs_by_two_to_the_minus_sixteen(name, angle, count):
 
 
 @pytest.mark.parametrize('name', CLOCKS)
-@pytest.mark.parametrize('release', [1.0, -0.05, 0.005])
+@pytest.mark.parametrize('release', [-0.05, 0.005])
 def test_long_steps_count_the_signs_of_a_fine_log(name, release):
     """From swings that outweigh the sea to ones that it outweighs thirtyfold."""
     moved = machine(name, release)

@@ -291,6 +291,23 @@ def reference_of(machine: Any) -> Any:
     return OwnCamReference(machine) if own else LeverReference(machine)
 
 
+def solve(
+    slopes: Any, span: tuple[float, float], y: np.ndarray, events: dict[str, Any], **options: Any
+) -> tuple[np.ndarray, np.ndarray, str]:
+    """Return times and states of DOP853's steps up to the first event, and its kind or ''.
+
+    Events are functions that are positive before an event and negative after it.
+    """
+    for event in events.values():
+        event.terminal, event.direction = True, -1.0
+    found = solve_ivp(
+        slopes, span, y, 'DOP853', events=list(events.values()), rtol=1e-13, **options
+    )
+    assert found.status >= 0, found.message
+    hit = [kind for kind, at in zip(events, found.t_events or [], strict=True) if len(at)]
+    return found.t, found.y, hit[0] if hit else ''
+
+
 def swing(reference: Any, forcing: Any) -> np.ndarray:
     """Return θ and θ̇ at the logged ends, (n, 2)."""
     rows = []
@@ -337,8 +354,6 @@ class Swinging:
             found['impulse'] = lambda t, y, outside, _: (
                 self.at - direction * reference.angle(y, outside, t)[0]
             )
-        for event in found.values():
-            event.terminal, event.direction = True, -1.0
         return found
 
     def _solve(
@@ -346,19 +361,10 @@ class Swinging:
     ) -> tuple[np.ndarray, np.ndarray, str]:
         """Return times and states of the steps up to the first event, and its kind or ''."""
         events = {kind: event for kind, event in self._events().items() if kind != without}
-        found = solve_ivp(
-            self.reference.slopes,
-            (t, end),
-            y,
-            'DOP853',
-            args=(outside, (self.direction, self.struck)),
-            events=list(events.values()),
-            rtol=1e-13,
-            atol=1e-15,
-            max_step=0.05,
+        args = outside, (self.direction, self.struck)
+        return solve(
+            self.reference.slopes, (t, end), y, events, atol=1e-15, max_step=0.05, args=args
         )
-        hit = [k for k, at in zip(events, found.t_events or [], strict=False) if len(at)]
-        return found.t, found.y, hit[0] if hit else ''
 
     def _reach(
         self, outside: Any, times: np.ndarray, states: np.ndarray, kind: str

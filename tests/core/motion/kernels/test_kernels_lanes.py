@@ -230,7 +230,7 @@ def folded(values):
 
 
 @pytest.mark.parametrize(
-    ('i', 'n'), [*((i, SIZE) for i in range(SIZE)), *((i, WIDE_SIZE) for i in range(WIDE_SIZE))]
+    ('i', 'n'), [(0, SIZE), (3, SIZE), (7, SIZE), (0, WIDE_SIZE), (9, WIDE_SIZE), (15, WIDE_SIZE)]
 )
 def test_what_moves_lanes_moves_the_right_ones(i, n):
     rows = numbers_of_all_sizes(i, (n, n))
@@ -287,20 +287,6 @@ def test_folded_rows_are_combined_as_if_unfolded(n):
             terms = [weights[j] * whole[j, i] for j in range(n)]
             size = sum(abs(weight) for weight in weights) * max(map(abs, rows.flat))
             assert abs(Fraction(found[i]) - sum(terms)) < 2.0**-52 * n * float(size)
-
-
-@WIDTHS
-def test_the_order_of_the_sum_is_the_documented_one(n):
-    """Any other order of these eight, then zeros, gives another number."""
-    rows = np.zeros((n, n))
-    eight = np.array([1e16, 1.0, 1.0, 1e-16, -1e16, 1.0, 1.0, -1.0])
-    rows[0, :SIZE] = eight
-    numbers = np.zeros(8)
-    REARRANGE[n](rows, 0.0, 0, np.zeros((27, n)), numbers)
-    a = eight
-    pairs = ((a[0] + a[4]) + (a[2] + a[6])) + ((a[1] + a[5]) + (a[3] + a[7]))
-    assert numbers[3] == pairs
-    assert pairs not in (np.add.reduce(a), sum(a[::-1].tolist()))
 
 
 def rounded(a, b, c):
