@@ -214,10 +214,10 @@ def test_on_land_hours_keep_the_rate_of_the_driver(trochlea, escapement):
         trochlea=trochlea,
         drag={'viscous': 1e-5},
         escapement=escapement,
-        duration=20_000.0,
-        log={'interval': 20_000.0},
+        duration=21_600.0,
+        log={'interval': 21_600.0},
     )
-    machine, forcing = compile_machine(scene), on_land(1, 20_000.0)
+    machine, forcing = compile_machine(scene), on_land(1, 21_600.0)
     angles = []
     for engine in (FreeEndCollocation(machine, None, 6), Collocation(machine)):
         angles.append(moved(engine, forcing).angle[0])
