@@ -197,7 +197,7 @@ def test_joints_of_a_measured_force_take_a_series() -> None:
 
 def test_the_range_ends_where_the_points_do() -> None:
     short = {'kind': 'force_table', 'points': [[0.002 * k, 0.5 + k] for k in range(6)]}
-    words = r'give trochlea\.power\.points up to a draw of 0\.0\d+ m \(they end at 0\.01 m'
+    words = r'give trochlea\.power\.points up to a larger draw'
     with pytest.raises(SceneError, match=words) as caught:
         compile_machine(scene(ARC, short))
     assert caught.value.key == 'trochlea.release_angle'
