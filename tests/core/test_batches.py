@@ -332,7 +332,7 @@ MOST_ARGUMENTS = 6
 def test_a_batch_is_as_many_batches_of_one(maker):
     laws = maker()
 
-    @settings(max_examples=4, deadline=None)
+    @settings(max_examples=2, deadline=None)
     @given(st.lists(st.tuples(*[shares] * MOST_ARGUMENTS), min_size=6, max_size=11))
     def each_by_itself(rows):
         for name, law in laws.items():

@@ -61,8 +61,11 @@ def apart_s(one, other):
     return 0.5 * ((one[0] - other[0]) + (one[1] - other[1]))
 
 
-@pytest.mark.parametrize('tolerance', [1e-6, 1e-8, 1e-10])
-@pytest.mark.parametrize('name', ['involute_weight_at_sea', 'cheek_before_euler'])
+@pytest.mark.parametrize(
+    ('name', 'tolerance'),
+    [('involute_weight_at_sea', 1e-6), ('involute_weight_at_sea', 1e-10),
+     ('cheek_before_euler', 1e-8)],
+)  # fmt: skip
 def test_the_bound_of_a_tolerance_holds_within_thirty(name, tolerance):
     duration = 60.0
     fine = readings(changed(name, duration=duration, rate=50.0, tolerance=1e-15))
@@ -105,14 +108,12 @@ def test_closed_forms_err_by_period_and_rounding_only():
     assert oil.steps_error_s == pytest.approx(1e-14 * 600.0)
 
 
-@pytest.mark.parametrize(
-    ('rate', 'trial_run_s', 'found_s'), [(2.5, 0.2, 1.097), (10.0, 0.1, 4.30e-6)]
-)
-def test_in_weather_the_waves_that_are_met_fastest_decide(monkeypatch, rate, trial_run_s, found_s):
-    """30 days of a cork at these rates differ by so much from those at 40 Hz, which agree with
-    those at 20 Hz within 1e-9 s.
+def test_in_weather_the_waves_that_are_met_fastest_decide(monkeypatch):
+    """30 days of a cork at 10 Hz differ by 4.3 µs from those at 40 Hz, which agree with those at
+    20 Hz within 1e-9 s.
     """
-    monkeypatch.setattr('tauto_core.checks.cost.TRIAL_RUN_S', trial_run_s)
+    monkeypatch.setattr('tauto_core.checks.cost.TRIAL_RUN_S', 0.1)
+    rate, found_s = 10.0, 4.30e-6
     cork = {'ship.hull': ABSENT, 'ship.heave': True, 'ship.roll.slope_coefficient': 0.7}
     passage = {'duration': 8_208_060.0, 'voyage.arrives_at': 8_208_000.0, 'gravity': 9.80665}
     passage |= dict.fromkeys(('air', 'trochlea.material', 'drag.oil'), ABSENT)
@@ -142,20 +143,15 @@ HALF_A_DAY = {
 
 
 def test_chaos_is_bounded_by_the_growth_that_was_measured(monkeypatch):
-    """The undamped motion, with logs that divide it into other pieces."""
     monkeypatch.setattr('tauto_core.checks.cost.TRIAL_RUN_S', 0.4)
-    bounds = []
-    for interval in (5.0, 60.0):
-        scene = load_scene('involute_weight_at_sea', **HALF_A_DAY, **{'log.interval': interval})
-        told = expected(scene)
-        assert told.growth.is_chaotic
-        assert 3000.0 < 1.0 / told.growth.per_s < 9000.0
-        bounds.append(told.error_s)
-    assert 0.1 < bounds[0] / bounds[1] < 10.0
+    scene = load_scene('involute_weight_at_sea', **HALF_A_DAY, **{'log.interval': 60.0})
+    told = expected(scene)
+    assert told.growth.is_chaotic
+    assert 3000.0 < 1.0 / told.growth.per_s < 9000.0
     finer = {'log.interval': 60.0, 'ship': {**CORK, 'rate': 40.0}, 'solver.tolerance': 1e-12}
     fine = load_scene('involute_weight_at_sea', **HALF_A_DAY | finer)
     found = 1.005 * np.max(np.abs(apart_s(readings(scene), readings(fine))))
-    assert found <= bounds[1] <= 1e3 * found
+    assert found <= told.error_s <= 1e3 * found
 
 
 def test_an_unbounded_error_has_the_time_of_its_bound(monkeypatch):
@@ -178,7 +174,7 @@ def test_trials_that_cost_too_much_are_cut(monkeypatch):
     ticks = map((0.1).__mul__, count())
     clock = SimpleNamespace(thread_time=lambda: next(ticks))
     monkeypatch.setattr('tauto_core.checks.cost.time', clock)
-    monkeypatch.setattr('tauto_core.checks.cost.LONGEST_TRIAL_S', 2.0)
+    monkeypatch.setattr('tauto_core.checks.cost.LONGEST_TRIAL_S', 1.0)
     monkeypatch.setattr('tauto_core.checks.cost.COMPILING_S', 0.0)
     shares: list[float] = []
     scene = load_scene('measured', **SLIP)
@@ -230,10 +226,7 @@ def stress_modules():
     [
         ('force', 1.0),
         ('weight', 2.0),
-        ('lever', 2.0),
         ('hanging thread', 2.0),
-        ('hung, force', 4.0),
-        ('driven cheek', 2.0),
         ('driven pendulum', 2.0),
         ('hung, driven hanging thread', 4.0),
     ],

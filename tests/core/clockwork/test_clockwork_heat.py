@@ -82,10 +82,8 @@ def sailed(scene: Scene, chunk: int, *, apart: bool = False, anew: bool = False)
 @pytest.mark.parametrize(
     ('suspension', 'thread'),
     [
-        (None, {'kind': 'vertical'}),
         (HUNG, {'kind': 'vertical'}),
         (None, {'kind': 'hanging', 'length': 1.5}),
-        (None, {'kind': 'lever', 'arc': 0.1, 'weight_arm': 0.1, 'length': 0.3}),
     ],
 )
 def test_any_split_of_motion_and_temperature_gives_the_same_bits(
@@ -112,19 +110,14 @@ def test_oil_that_ages_without_air_needs_no_thermometer() -> None:
     assert 1.0 < difference_ns[-1] < 1e5
 
 
-def test_without_air_materials_cost_nothing_and_change_nothing() -> None:
-    named, plain = yaml.safe_load(SEA), yaml.safe_load(SEA)
-    del plain['trochlea']['material'], plain['drag']['oil']
-    scenes = [scene_of(yaml.safe_dump(content), air=None) for content in (named, plain)]
-    np.testing.assert_array_equal(*(sailed(scene, 5000) for scene in scenes))
-
-
-def test_air_that_the_machine_does_not_feel_changes_nothing() -> None:
+def test_materials_without_air_and_air_without_materials_change_nothing() -> None:
     plain = yaml.safe_load(SEA)
     del plain['trochlea']['material'], plain['drag']['oil']
-    airy, airless = scene_of(yaml.safe_dump(plain)), scene_of(yaml.safe_dump(plain), air=None)
+    airy, neither = (scene_of(yaml.safe_dump(plain), **air) for air in ({}, {'air': None}))
     assert TrochleaStage(airy).inputs == (SHIP_IMU,)
-    np.testing.assert_array_equal(sailed(airy, 5000), sailed(airless, 5000))
+    expected = sailed(neither, 5000)
+    for scene in (scene_of(air=None), airy):
+        np.testing.assert_array_equal(sailed(scene, 5000), expected)
 
 
 def test_a_dial_is_regulated_at_the_steady_swing_of_its_start() -> None:

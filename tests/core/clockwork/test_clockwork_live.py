@@ -82,7 +82,7 @@ def test_a_clean_sensor_moves_the_wheel_as_without_guards():
     assert set(early[READING].source) == {'dial, set 1700000000.000000000 s'}
 
 
-@pytest.mark.parametrize('rate_hz', [20.0, 100.0, 173.0])
+@pytest.mark.parametrize('rate_hz', [20.0, 173.0])
 def test_a_reading_comes_with_the_first_sample_past_it(rate_hz: float):
     """And agrees with a clock that waits for samples of 200 Hz on either side."""
     stage, imu = LiveTrochlea(SCENE), quiet(rate_hz, 30.0)
@@ -98,8 +98,7 @@ def test_a_reading_comes_with_the_first_sample_past_it(rate_hz: float):
             )
 
 
-@pytest.mark.parametrize('gap_us', [0, 20, 300, 1_000, 3_000, 8_000])
-@pytest.mark.parametrize('first', [0, 500])
+@pytest.mark.parametrize(('gap_us', 'first'), [(0, 500), (300, 0), (8_000, 500)])
 def test_a_burst_of_late_stamps_does_not_move_the_wheel(gap_us: int, first: int):
     """0.8 s of samples have the stamps at which they were sent. Without guards the thread goes
     slack.
@@ -114,7 +113,7 @@ def test_a_burst_of_late_stamps_does_not_move_the_wheel(gap_us: int, first: int)
     assert stage.health()['dial_stops'] == 0
 
 
-@pytest.mark.parametrize('ahead_s', [-1e6, -5.0, 5.0, 1e6])
+@pytest.mark.parametrize('ahead_s', [-5.0, 1e6])
 def test_one_wrong_stamp_changes_nothing(ahead_s: float):
     imu = sensor()
     wrong = take(imu, slice(600, 601))
@@ -127,15 +126,14 @@ def test_one_wrong_stamp_changes_nothing(ahead_s: float):
     assert counts == {'stamps_ahead' if ahead_s > 0 else 'out_of_order': 1}
 
 
-@pytest.mark.parametrize('stamp_ns', [0, START_NS])
-def test_stamps_that_stand_are_named_and_fill_no_memory(stamp_ns: int):
-    """A million messages. Stamps that creep by a nanosecond are tested by their number."""
-    stage, imu = LiveTrochlea(SCENE), sensor(20.0)
-    for _ in range(1000):
+def test_stamps_that_stand_are_named_and_fill_no_memory():
+    """100,000 messages. Stamps that creep by a nanosecond are tested by their number."""
+    stage, imu, stamp_ns = LiveTrochlea(SCENE), sensor(20.0), START_NS
+    for _ in range(100):
         stage.feed({SHIP_IMU: replace(imu, stamp_ns=np.full(1000, stamp_ns))})
     assert len(stage.state()['held']) == 1
     assert f'stand still at {stamp_ns // 10**9}.000 s' in stage.trouble
-    assert stage.health()['duplicated'] == 999_999
+    assert stage.health()['duplicated'] == 99_999
     for k in range(MOST_HELD - 1):
         one = replace(
             take(imu, slice(k % 1000, k % 1000 + 1)), stamp_ns=np.array([stamp_ns + k + 1])
@@ -169,7 +167,7 @@ def quiet(rate_hz: float, seconds: float = 120.0) -> ImuSamples:
     return imu_from_roll(stamps, roll, rate, 9.81 * np.sin(roll), 9.81 * np.cos(roll))
 
 
-@pytest.mark.parametrize(('rate_hz', 'within_s'), [(20.0, 4e-6), (5.0, 3e-3), (1.0, 0.06)])
+@pytest.mark.parametrize(('rate_hz', 'within_s'), [(20.0, 4e-6), (1.0, 0.06)])
 def test_a_slow_sensor_moves_the_dial_by_little_and_is_told(rate_hz: float, within_s: float):
     """Between samples the motion is interpolated. At 1 Hz a roll of 8 s has eight of them."""
     stage = LiveTrochlea(SCENE)
@@ -179,14 +177,14 @@ def test_a_slow_sensor_moves_the_dial_by_little_and_is_told(rate_hz: float, with
     assert (stage.health()['bridged_gaps'] > 100) == (rate_hz < 20.0)
 
 
-@pytest.mark.parametrize('vibration_hz', [19.5, 20.0, 20.1, 25.0, 37.0])
+@pytest.mark.parametrize('vibration_hz', [19.5, 37.0])
 def test_vibration_above_the_scenes_rate_is_filtered(vibration_hz: float):
     """Of 2 m/s² at 200 Hz. Thinned without a filter it moved the dial by up to 0.2 s.
 
     Compared is the same clock without the vibration, not one with pieces at 200 Hz, which
     follows the vibration, and its error at 19.5 Hz is its own.
     """
-    imu = quiet(200.0)
+    imu = quiet(200.0, 60.0)
     turned = math.tau * vibration_hz * (imu.stamp_ns - START_NS) * 1e-9
     force = imu.linear_acceleration + [0.0, 0.0, 2.0] * np.sin(turned + 0.3)[:, None]
     moved = said_of(LiveTrochlea(SCENE), [replace(imu, linear_acceleration=force)])
@@ -194,7 +192,7 @@ def test_vibration_above_the_scenes_rate_is_filtered(vibration_hz: float):
     assert np.abs(errors_s(moved[READING]) - errors_s(calm[READING])).max() < 2e-3
 
 
-@pytest.mark.parametrize('apart_s', [0.025, -0.5, 0.5, 3.0])
+@pytest.mark.parametrize('apart_s', [0.025, -0.5])
 def test_of_two_sensors_at_once_the_first_is_believed(apart_s: float):
     """The second one's roll is 2 degrees off, and its clock is wrong."""
     imu, stage = quiet(20.0), LiveTrochlea(SCENE)
@@ -252,7 +250,7 @@ def test_the_dial_holds_and_goes_on_with_the_time_it_lost(fault: str):
     assert np.abs(after).max() < 2 * NATURAL_S
 
 
-@pytest.mark.parametrize('degrees', [(0, 0, 90), (180, 0, 0), (30, -40, 100)])
+@pytest.mark.parametrize('degrees', [(0, 0, 90), (30, -40, 100)])
 def test_a_sensor_mounted_otherwise_reads_the_same(degrees):
     imu = sensor(12.0)
     mount = quaternion_of_angles(*np.radians(degrees))
@@ -268,7 +266,7 @@ def test_a_sensor_mounted_otherwise_reads_the_same(degrees):
     np.testing.assert_allclose(first.time_ref_ns, other.time_ref_ns, atol=1e3)
 
 
-@pytest.mark.parametrize('step_s', [-1.5, -12.0, -1e6])
+@pytest.mark.parametrize('step_s', [-1.5, -1e6])
 def test_a_step_back_of_the_stamps_is_a_break_of_unknown_length(step_s: float):
     stage, drift = LiveTrochlea(SCENE), DriftStage(SCENE, expect_schedule=False)
     longitude = LongitudeStage(SCENE, expect_fix=False)
@@ -301,8 +299,7 @@ def test_a_step_back_of_the_stamps_is_a_break_of_unknown_length(step_s: float):
     assert count == len(reading.stamp_ns)
 
 
-@pytest.mark.parametrize('step_s', [-0.25, -0.5, -0.9])
-@pytest.mark.parametrize('rate_hz', [20.0, 100.0])
+@pytest.mark.parametrize(('step_s', 'rate_hz'), [(-0.25, 100.0), (-0.9, 20.0)])
 def test_a_short_step_back_widens_the_estimate(step_s, rate_hz):
     stage, drift = LiveTrochlea(SCENE), DriftStage(SCENE, expect_schedule=False)
     imu = sensor(rate_hz=rate_hz)
@@ -320,7 +317,7 @@ def test_a_short_step_back_widens_the_estimate(step_s, rate_hz):
     assert np.diff(variance).max() == pytest.approx(grown, rel=0.01)
 
 
-@pytest.mark.parametrize('late_s', [0.5, 0.95, 1.05, 5.0, 30.0])
+@pytest.mark.parametrize('late_s', [0.95, 1.05, 30.0])
 def test_a_late_block_is_left_aside_however_long_it_is(late_s: float):
     imu = sensor(90.0)
     n = round(late_s * 50)
@@ -408,7 +405,7 @@ FAULTY = join(
 )
 
 
-@settings(max_examples=8, deadline=None)
+@settings(max_examples=5, deadline=None)
 @given(cuts=st.lists(st.integers(0, len(FAULTY.stamp_ns)), max_size=6), resumed=st.booleans())
 def test_splits_and_resuming_of_faulty_motion_keep_the_bits(cuts, resumed):
     bounds = [0, *sorted(cuts), len(FAULTY.stamp_ns)]
@@ -464,7 +461,7 @@ def test_a_stop_moves_and_widens_the_estimate():
     assert a.position.tobytes() == b.position.tobytes()
 
 
-@pytest.mark.parametrize('breaks_s', [[60], [600], [3600], [86_400], [600, 86_400, 60, 3600]])
+@pytest.mark.parametrize('breaks_s', [[600], [600, 86_400, 60, 3600]])
 def test_errors_after_breaks_are_as_large_as_the_estimator_says(breaks_s):
     """200 clocks as the prior says, and a GPS after each break.
 

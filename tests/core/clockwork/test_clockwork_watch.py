@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from tauto_core.clockwork import LiveTrochlea
 from tauto_core.clockwork.live import WINDOW_S, SensorWatch
 from tauto_core.samples import SHIP_IMU, ImuSamples, SpatialImu, join, take
-from tauto_core.scene import load_scene, shipped_scenes
+from tauto_core.scene import load_scene
 from tauto_core.ship.imu import sensed
 from tauto_core.voyage import ShipSource
 
@@ -135,9 +135,16 @@ FAULTS = {
 }
 
 
-@pytest.mark.parametrize('begins_s', [0.0, 20.0])
 @pytest.mark.parametrize('fault', FAULTS)
-def test_a_fault_is_reported_once_with_its_remedy(fault, begins_s):
+def test_a_fault_is_named_with_its_remedy(fault):
+    spoil, hint = FAULTS[fault]
+    assert any(
+        hint in words for words in alarms(spoil(rough(stream(seconds=40.0, rate_hz=20.0), 1)))
+    )
+
+
+@pytest.mark.parametrize(('fault', 'begins_s'), [('deg_s', 20.0), ('frozen', 0.0), ('ned', 20.0)])
+def test_a_fault_is_reported_once(fault, begins_s):
     """From the start, or of a driver that starts anew. It lasts for half a minute."""
     spoil, hint = FAULTS[fault]
     stage, imu = LiveTrochlea(load_scene('measured')), rough(stream(rate_hz=20.0), 1)
@@ -154,22 +161,24 @@ def test_a_fault_is_reported_once_with_its_remedy(fault, begins_s):
     assert not troubles[2]
     counts = stage.health()
     assert counts['sensor_refused'] + counts['sensor_stuck'] > 5 * 20
-    named = [line for line in heard if hint in line]
-    assert len(named) == 1
+    assert [hint in line for line in heard].count(True) == 1
     assert len(heard) <= 2 + (begins_s > 0.0)
 
 
-@pytest.mark.parametrize('rate_hz', [10.0, 100.0])
 @pytest.mark.parametrize(
-    ('angles', 'lag_s'),
+    ('angles', 'lag_s', 'rate_hz'),
     [
-        (SEA, 0.0),
-        (SEA, 0.15),
+        (SEA, 0.0, 100.0),
+        (SEA, 0.15, 10.0),
         # at anchor, 20 degrees of pitch, a case on its gimbals, a heeled yacht
-        ((lambda t: swing(t, 0.003, 4.0), lambda t: swing(t, 0.002, 3.0), lambda t: 0.0 * t), 0.0),
-        ((SEA[0], lambda t: swing(t, 0.35, 5.0), SEA[2]), 0.1),
-        ((lambda t: swing(t, 0.5, 2.2), lambda t: swing(t, 0.3, 1.7), SEA[2]), 0.05),
-        ((lambda t: 0.5 + swing(t, 0.2, 6.0), SEA[1], lambda t: 0.2 * t), 0.1),
+        (
+            (lambda t: swing(t, 0.003, 4.0), lambda t: swing(t, 0.002, 3.0), lambda t: 0.0 * t),
+            0.0,
+            10.0,
+        ),
+        ((SEA[0], lambda t: swing(t, 0.35, 5.0), SEA[2]), 0.1, 10.0),
+        ((lambda t: swing(t, 0.5, 2.2), lambda t: swing(t, 0.3, 1.7), SEA[2]), 0.05, 100.0),
+        ((lambda t: 0.5 + swing(t, 0.2, 6.0), SEA[1], lambda t: 0.2 * t), 0.1, 10.0),
     ],
 )
 def test_no_honest_sensor_alarms(angles, lag_s, rate_hz):
@@ -189,7 +198,9 @@ def test_neither_slamming_nor_turns_nor_vibration_alarm(rate_hz):
     assert not alarms(rough(stream(rate_hz=rate_hz, accelerated=accelerated), 3))
 
 
-@pytest.mark.parametrize('name', shipped_scenes())
+@pytest.mark.parametrize(
+    'name', ['measured', 'boussole_pacific', 'buoy_44004_supply', 'second_cam_at_sea']
+)
 def test_no_shipped_scene_alarms(name):
     scene = load_scene(name)
     parts: list[ImuSamples] = []

@@ -77,7 +77,7 @@ def test_filter_is_the_textbook_filter(states):
     np.testing.assert_allclose(covariance(last), p, rtol=0, atol=1e-11)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(
     st.lists(st.tuples(st.floats(0.0, 1e7), st.floats(-1e4, 1e4)), min_size=1, max_size=30),
     st.sampled_from([2, 3]),
@@ -92,7 +92,7 @@ def test_covariance_stays_positive(steps, states, sigma):
     assert (known.xy**2 <= known.xx * known.yy * (1 + 1e-9)).all()
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(st.lists(st.floats(0.0, 1e8), min_size=1, max_size=40), st.sampled_from([2, 3]))
 def test_prediction_of_arrays_is_that_of_floats_bit_for_bit(elapsed, states):
     model = ClockModel(0.5, 10.0 / DAY, states)
@@ -140,7 +140,7 @@ def start_of(model):
     return Known(0, prior(model))
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(
     st.lists(st.tuples(st.integers(1, 5 * DAY_NS), st.floats(-500.0, 500.0)), max_size=40),
     st.integers(0, 40),
@@ -236,9 +236,8 @@ def test_trust_is_earned_by_three_observations():
         assert way.fate.tolist() == [REOPENED, *[USED] * good, REFUSED, fate]
 
 
-@pytest.mark.parametrize('every_s', [1, 10, 300, 3600, 86_400])
-@pytest.mark.parametrize('place', [0, 1, 2, 8])
-@pytest.mark.parametrize('blunder_s', [900.0, -86_400.0])
+@pytest.mark.parametrize('every_s', [1, 86_400])
+@pytest.mark.parametrize(('place', 'blunder_s'), [(0, 900.0), (1, -86_400.0), (8, 900.0)])
 def test_no_observer_is_believed_alone_at_any_pace(every_s, place, blunder_s):
     """A blunder, two that differ, and three that differ leave no trace. Three that agree do."""
     model = replace(model_of(), patience_s=math.inf)
@@ -272,7 +271,7 @@ def test_after_a_long_silence_the_observation_is_believed():
     assert math.sqrt(estimate.yy) * DAY_S == pytest.approx(500.0 / 67.0 / math.sqrt(2.0), rel=0.05)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(st.data())
 def test_late_observations_end_in_the_state_of_their_order(data):
     count, size = data.draw(st.integers(1, 30)), data.draw(st.integers(0, 2))
@@ -293,7 +292,7 @@ def test_late_observations_end_in_the_state_of_their_order(data):
     assert track.count(REOPENED) == np.count_nonzero(whole.fate == REOPENED)
 
 
-@pytest.mark.parametrize('chunk', [1, 7, 100, 1000])
+@pytest.mark.parametrize('chunk', [1, 100, 1000])
 def test_a_long_track_forgets_without_changing_its_state(chunk):
     model, count = model_of(), 1000
     rng = np.random.default_rng(8)
@@ -349,7 +348,7 @@ def test_observations_count_by_the_sigma_of_each():
 # -----------------------------------------------------------------------------
 # Clocks with the noise of a scene, through the stages: errors agree with their sigmas.
 
-DAYS, RUNS = 20, 70
+DAYS, RUNS = 20, 40
 
 
 def noisy(seed, states):
@@ -436,10 +435,10 @@ def errors_squared(scene, reading, observation):
     return wrong @ np.linalg.solve([[now.xx, now.xy], [now.xy, now.yy + walked]], wrong)
 
 
-@pytest.mark.parametrize('name', ['measured', 'involute_weight_at_sea', 'buoy_44004_supply'])
+@pytest.mark.parametrize('name', ['measured', 'buoy_44004_supply'])
 def test_shipped_scenes_are_as_wrong_as_the_navigator_says(name):
     """The clock once, its observations many times. Benchmarks vary the waves, too."""
-    runs, scene = 1000, load_scene(name)
+    runs, scene = 400, load_scene(name)
     ship, clock = ShipMotion(scene), TrochleaStage(scene)
     reading = clock.feed({'ship/imu': ship.produce(10**6)})[READING]
     assert len(reading.stamp_ns) == scene.log_count
@@ -447,13 +446,13 @@ def test_shipped_scenes_are_as_wrong_as_the_navigator_says(name):
         Observations(scene.model_copy(update={'seed': seed})).between(0, 10**18)
         for seed in range(runs)
     ]
-    # the prior reduces the sum of `measured` by 2 %, 12 % would be too much
+    # the prior reduces the sum of `measured` by 2 %, 20 % would be too much
     assert within(sum(errors_squared(scene, reading, each) for each in seen), 2 * runs)
 
 
 def test_a_swinging_thread_is_as_wrong_as_the_navigator_says():
     """The waves of each seed too, since they make the rate walk. Benchmarks take 200 seeds."""
-    runs, name = 40, 'hanging_thread_at_sea'
+    runs, name = 15, 'hanging_thread_at_sea'
     clock = TrochleaStage(load_scene(name))
     fresh, found, before = clock.state(), 0.0, 0.0
     for seed in range(runs):

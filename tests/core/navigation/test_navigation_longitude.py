@@ -110,7 +110,7 @@ def test_the_bits_of_a_cosine_do_not_depend_on_its_place():
         assert found.tolist() == expected
 
 
-@pytest.mark.parametrize('latitude', [-66.6, -17.93, 0.0, 17.93, 50.79, 89.0])
+@pytest.mark.parametrize('latitude', [-66.6, 0.0, 50.79])
 def test_the_east_sigma_is_the_seconds_along_the_parallel(latitude):
     """A second is 15″ of a circle of radius a cos φ, 1e-12 allows for rounding."""
     said = LongitudeStage(SCENE).feed(topics([1, 2], 0.0, 0.0, 1.5, latitude=latitude))
@@ -166,7 +166,7 @@ def gathered(said):
     ]
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 @given(st.data())
 def test_neither_order_of_arrival_nor_chunks_nor_resuming_matter(data):
     rng = np.random.default_rng(4)

@@ -348,7 +348,7 @@ def test_a_changed_rate_is_held_against_that_of_the_time_since() -> None:
 
 
 def test_the_error_of_a_walking_rate_has_its_sigma() -> None:
-    """The mean square over 60 seeds. For independent errors it is within 0.55 of 1 (3 sigma)."""
+    """The mean square over 30 seeds. For independent errors it is within 0.78 of 1 (3 sigma)."""
     sections = {
         'duration': 20 * DAY_S,
         'log': {'interval': 21_600.0},
@@ -357,9 +357,9 @@ def test_the_error_of_a_walking_rate_has_its_sigma() -> None:
     }
     squares = [
         sail(load_scene('ideal', seed=seed, **sections)).result['drift']['rate_error_sigmas'] ** 2
-        for seed in range(60)
+        for seed in range(30)
     ]
-    assert 0.3 < np.mean(squares) < 1.55
+    assert 0.22 < np.mean(squares) < 1.78
 
 
 def test_an_expected_walk_only_widens_the_estimate() -> None:
