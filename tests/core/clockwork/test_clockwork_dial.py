@@ -1,7 +1,6 @@
 """Noise of the dial: its covariance, its Allan deviation, and the same bits in any pieces."""
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
