@@ -646,33 +646,20 @@ def dataset(voyage: Any) -> Dataset:
     try:
         import xarray
     except ModuleNotFoundError:
-        raise _not_installed('xarray') from None
+        raise TautoError(f'xarray is not installed. Run {install("arrays")}') from None
     arrays: dict[str, Any] = {}
     for table in (LOGGED, OBSERVED, MOTION):
-        axis = table[0]
-        for name, values in _arrays_of(voyage, table).items():
-            arrays[name] = axis, values, attributes(voyage, name)
+        for name in table:
+            values = getattr(voyage, name)
+            if len(values):
+                arrays[name] = table[0], values, attributes(voyage, name)
     return xarray.Dataset(arrays, attrs={'scene': voyage.scene.name, 'answer': voyage.answer})
 
 
 def frame(voyage: Any) -> DataFrame:
     """Return the logged arrays of a voyage as a frame, see `Voyage.to_pandas`."""
-    try:
-        import pandas as pd
-    except ModuleNotFoundError:
-        raise _not_installed('pandas') from None
-    arrays = _arrays_of(voyage, LOGGED)
-    table = pd.DataFrame(arrays).set_index(LOGGED[0])
-    units = {name: attributes(voyage, name)['units'] for name in arrays}
-    table.attrs = {'scene': voyage.scene.name, 'answer': voyage.answer, 'units': units}
+    data = dataset(voyage)
+    logged = [name for name in LOGGED if name in data.variables]
+    table = data[logged[1:]].to_dataframe()
+    table.attrs = {**data.attrs, 'units': {name: data[name].attrs['units'] for name in logged}}
     return table
-
-
-def _arrays_of(voyage: Any, table: tuple[str, ...]) -> dict[str, np.ndarray]:
-    """Return the arrays of a table that the voyage has."""
-    arrays = {name: getattr(voyage, name) for name in table}
-    return {name: values for name, values in arrays.items() if len(values)}
-
-
-def _not_installed(library: str) -> TautoError:
-    return TautoError(f'{library} is not installed. Run {install("arrays")}')

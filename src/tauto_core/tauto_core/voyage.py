@@ -94,6 +94,10 @@ class ShipSource(Stateful):
     A scene with `air` adds the temperature in the box of the clock, on the log grid up to the
     first instant at or after the last sample of the motion. With `says_scene` the scene's text
     comes first. Without `as_messages` the motion is computed for the clock only.
+
+    Attributes:
+        total: number of motion samples, including some beyond the end.
+        produced: number of those produced so far.
     """
 
     state_names = ('produced', 'motion')
@@ -114,22 +118,8 @@ class ShipSource(Stateful):
         self._observations = Observations(scene)
         self._route = Route(scene)
         self._box = None if scene.air is None else BoxTemperature(scene)
-        self._produced, self._as_messages = 0, as_messages
-
-    @property
-    def total(self) -> int:
-        """Total number of motion samples, including some beyond the end."""
-        return self._motion.total
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """Warnings about measured motion."""
-        return self._motion.warnings
-
-    @property
-    def produced(self) -> int:
-        """Number of motion samples produced so far."""
-        return self._produced
+        self.produced, self._as_messages = 0, as_messages
+        self.total = self._motion.total
 
     def produce(self, count: int) -> Batches:
         """Return the next `count` motion samples and the other samples up to their stamps."""
@@ -137,8 +127,8 @@ class ShipSource(Stateful):
         imu = self._motion.produce(count) if self._as_messages else self._motion.sense(count)
         if not len(imu.stamp_ns):
             return {}
-        start, stop = self._produced, self._produced + len(imu.stamp_ns)
-        self._produced = stop
+        start, stop = self.produced, self.produced + len(imu.stamp_ns)
+        self.produced = stop
         batches: Batches = {SHIP_IMU: imu}
         if start == 0 and self._says_scene:
             batches[SCENE] = text(starts_at, scene_yaml(self._scene))
@@ -451,7 +441,7 @@ class Voyage:
         `attrs` has `scene`, `answer` and the `units` by column. Empty arrays are left out.
 
         Raises:
-            TautoError: pandas is not installed (extra `arrays`).
+            TautoError: xarray, which has pandas, is not installed (extra `arrays`).
         """
         return frame(self)
 
@@ -570,7 +560,7 @@ def sail(
             if progress is not None:
                 progress(source.produced / source.total)
     odd = plausibility_warnings(scene, machine)
-    warnings = [*odd, *source.warnings, *drift_warnings(stages.health(), scene)]
+    warnings = [*odd, *motion.warnings, *drift_warnings(stages.health(), scene)]
     reached = None
     if judge and scene.accuracy is not None:
         from tauto_core.checks.cost import accuracy_reached, is_steep, missed_words

@@ -110,7 +110,7 @@ def test_oil_that_ages_without_air_needs_no_thermometer() -> None:
     assert 1.0 < difference_ns[-1] < 1e5
 
 
-def test_materials_without_air_and_air_without_materials_change_nothing() -> None:
+def test_materials_without_air_or_the_reverse_change_nothing() -> None:
     plain = yaml.safe_load(SEA)
     del plain['trochlea']['material'], plain['drag']['oil']
     airy, neither = (scene_of(yaml.safe_dump(plain), **air) for air in ({}, {'air': None}))

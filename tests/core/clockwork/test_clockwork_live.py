@@ -517,23 +517,18 @@ def test_each_source_of_time_has_its_sigma():
 
 
 @pytest.mark.parametrize(
-    ('true_s', 'name'),
-    [
-        (lambda _: 0.0, 'before_1990'),
-        (lambda at_s: at_s - 1024 * 604_800.0, 'rolled_over'),
-        (lambda at_s: at_s + 2048 * 604_800.0 + 3000.0, 'rolled_over'),
-        (lambda at_s: at_s + 11 * 365.25 * 86_400.0, 'years_off'),
-        (lambda at_s: at_s - 11 * 365.25 * 86_400.0, 'years_off'),
-    ],
+    'true_s',
+    [lambda _: 0.0, lambda at: at - 1024 * 604_800.0, lambda at: at + 11 * 365.25 * 86_400.0],
+    ids=['no fix', 'an earlier era', 'a wrong clock'],
 )
-def test_an_impossible_time_of_a_receiver_is_refused(true_s, name):
+def test_an_impossible_time_of_a_receiver_is_refused(true_s):
     drift = DriftStage(SCENE, expect_schedule=False)
     stamps = START_NS + 10**9 * np.arange(2000)
     seen = stamps[100::300]
     true = np.array([round(true_s(stamp * 1e-9) * 1e9) for stamp in seen.tolist()])
     sky = TimeSamples(seen, '', true, same('gps', len(seen)))
     said = drift.feed({READING: readings(stamps, 0, DialSetting(START_NS)), OBSERVATION: sky})
-    assert drift.health()[f'observations_{name}'] == len(seen)
+    assert drift.health()['observations_years_off'] == len(seen)
     assert len(drift.notices) == 1
     assert np.all(said[ESTIMATE].position[:, 0] == 0.0)
 

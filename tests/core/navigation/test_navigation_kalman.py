@@ -29,7 +29,6 @@ from tauto_core.navigation.drift import REMEMBERED, Track
 from tauto_core.navigation.kalman import REFUSED, REOPENED, USED, Coefficient
 from tauto_core.samples import ESTIMATE, OBSERVATION, READING, TimeSamples
 from tauto_core.scene import load_scene
-from tauto_core.scene.errors import EstimationError
 from tauto_core.ship import Observations, ShipMotion
 
 DAY = 86_400.0
@@ -100,25 +99,6 @@ def test_prediction_of_arrays_is_that_of_floats_bit_for_bit(elapsed, states):
     many = predict(Estimate(*(np.full(len(elapsed), v) for v in now)), np.array(elapsed), model)
     for index, tau in enumerate(elapsed):
         assert tuple(values[index] for values in many) == tuple(predict(now, tau, model))
-
-
-@pytest.mark.parametrize(
-    ('arguments', 'name'),
-    [
-        ((0.0, 1.0), 'observation_sigma_s'),
-        ((float('nan'), 1.0), 'observation_sigma_s'),
-        ((1.0, -1.0), 'prior_rate_sigma'),
-        ((1.0, 1.0, 4), 'states'),
-        ((1.0, 1.0, 2, -1e-9), 'white_fm_s'),
-        ((1.0, 1.0, 3, 0.0, float('inf')), 'random_walk_fm_per_s'),
-        ((1.0, 1.0, 2, 0.0, 0.0, -5.0), 'gate'),
-        ((1.0, 1.0, 2, 0.0, 0.0, float('nan')), 'gate'),
-        ((1.0, 1.0, 2, 0.0, 0.0, 5.0, 0.0), 'patience_s'),
-    ],
-)
-def test_impossible_models_are_refused_by_name(arguments, name):
-    with pytest.raises(EstimationError, match=name):
-        ClockModel(*arguments)
 
 
 # -----------------------------------------------------------------------------

@@ -682,11 +682,9 @@ def is_steep(scene: Scene, machine: AnyMachine | OtherRegulator) -> bool:
     If the upward force in a fixed case falls below `LEAST_UPWARD`, the law of the thread changes.
     No polynomial is exact across this change, and no samples are dense enough.
     """
-    if isinstance(machine, OtherRegulator) or not machine.follows_apparent_vertical:
-        return False
-    if scene.lies_still or scene.suspension is not None:
-        return False
-    return least_upward(scene, scene.ship) < LEAST_UPWARD
+    follows = not isinstance(machine, OtherRegulator) and machine.follows_apparent_vertical
+    is_fixed = not scene.lies_still and scene.suspension is None
+    return follows and is_fixed and least_upward(scene, scene.ship) < LEAST_UPWARD
 
 
 def missed_words(result: Mapping[str, Any]) -> str:

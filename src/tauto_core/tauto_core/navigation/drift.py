@@ -49,7 +49,7 @@ from tauto_core.samples import (
     take,
 )
 from tauto_core.scene import Scene
-from tauto_core.scene.times import DAY_S, EPOCH_1990_NS, NS_PER_S
+from tauto_core.scene.times import DAY_S, NS_PER_S
 from tauto_core.ship.source import schedule
 from tauto_core.wording import counted
 
@@ -309,12 +309,9 @@ _WARNINGS = {
     'observations_unknown': '{observations} named a source of time without a sigma and {were} '
     f'left out. Sources are {", ".join(SOURCES[1:])} (drift.observation_sigma, '
     'drift.lunars.sigma, drift.gnss_sigma)',
-    'observations_before_1990': '{observations} gave a time before 1990 and {were} left out: the '
-    'receiver has no fix yet, or gives another time than UTC',
-    'observations_rolled_over': '{observations} {were} off by 1,024 weeks, or a multiple, and '
-    "left out: the receiver's firmware is of an earlier era of GPS. Renew it, or add the weeks",
     'observations_years_off': '{observations} {were} ten years or more from the clock that '
-    "stamped {them} and left out: set the computer's clock, or check the receiver",
+    'stamped {them} and left out: the receiver has no fix yet, its firmware is of an earlier era '
+    "of GPS, or the computer's clock is not set",
     'observations_unmatched': '{observations} {were} stamped after the last reading and left out',
     'observations_gated': '{observations} {were} refused as {outliers}, beyond drift.gate = '
     '{gate:g} sigmas',
@@ -363,33 +360,17 @@ def drift_warnings(health: Mapping[str, int], scene: Scene) -> list[str]:
 HISTORY = 4096
 """Number of published readings that are kept for late observations."""
 
-_MISDATED = ('observations_before_1990', 'observations_rolled_over', 'observations_years_off')
-
 _COUNTED = (
     'readings_out_of_order', 'observations_out_of_order', 'observations_repeated',
     'observations_delayed', 'observations_from_future', 'observations_unscheduled',
     'observations_missing', 'observations_too_old', 'observations_unmatched',
-    'observations_unknown', *_MISDATED, 'dial_stops', 'dial_settings',
+    'observations_unknown', 'observations_years_off', 'dial_stops', 'dial_settings',
 )  # fmt: skip
 
-ERA_NS = 1024 * 7 * 86_400 * NS_PER_S
-"""Period of the GPS week count, 1,024 weeks."""
-
-
-def misdated(stamp_ns: int, true_ns: int) -> str:
-    """Return the counter of a true time that no observer can have read, or an empty text.
-
-    GPS receivers existed from 1990. Earlier stamps come from a simulation. A time that is wrong by
-    whole GPS eras, within a day, comes from a receiver that has lost count of them.
-    """
-    off_ns = true_ns - stamp_ns
-    eras = round(off_ns / ERA_NS)
-    if true_ns < EPOCH_1990_NS <= stamp_ns:
-        return 'observations_before_1990'
-    if eras and abs(off_ns - eras * ERA_NS) < DAY_S * NS_PER_S:
-        return 'observations_rolled_over'
-    return 'observations_years_off' if abs(off_ns) > 3652.5 * DAY_S * NS_PER_S else ''
-
+MOST_OFF_NS = round(3652.5 * DAY_S) * NS_PER_S
+"""Distance of an observed time from its stamp that no clock has. A receiver without a fix gives a
+time before GPS, and one of an earlier era is off by 1,024 weeks.
+"""
 
 RELEASE_SIGMA = 0.6
 """Sigma of the dial's change by a release until the wheel has settled, in swings. The root mean
@@ -474,7 +455,7 @@ class DriftStage(Stateful):
         lost = self._motion.lost if self._motion else ()
         names = [f'{name}_unknown' for name in lost]
         # report a fault of the sights until somebody corrects it
-        names += ['observations_unknown', *_MISDATED, 'estimates_reopened']
+        names += ['observations_unknown', 'observations_years_off', 'estimates_reopened']
         health = self.health()
         warnings = drift_warnings({name: health[name] for name in names}, self._scene)
         if self._late_s:
@@ -617,8 +598,8 @@ class DriftStage(Stateful):
         valid = np.isin(observation.source.astype(str), SOURCES) | (self._schedule is not None)
         self._health['observations_unknown'] += int(np.count_nonzero(~valid))
         for stamp, reference, sigma, named in zip(stamps, references, sigmas, valid, strict=True):
-            if self._schedule is None and (fault := misdated(stamp, reference)):
-                self._health[fault] += 1
+            if self._schedule is None and abs(reference - stamp) > MOST_OFF_NS:
+                self._health['observations_years_off'] += 1
             elif named and accepts(stamp):
                 self._pending[stamp] = reference, sigma
                 self._last_observation_ns = max(stamp, self._last_observation_ns)

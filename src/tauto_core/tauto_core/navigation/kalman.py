@@ -30,7 +30,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tauto_core.samples import FloatArray, IntArray
-from tauto_core.scene.errors import EstimationError
 from tauto_core.scene.times import DAY_S, NS_PER_S
 from tauto_core.ship.source import LANDFALL, LUNAR, PORT
 
@@ -151,9 +150,6 @@ class ClockModel:
         coefficients: the coefficients of the rate equation with their priors.
         under_way_per_s: additional q2 once the ship has sailed [1/s], >= 0.
         sails_ns: when it sails [ns].
-
-    Raises:
-        EstimationError: a value outside its range.
     """
 
     observation_sigma_s: float
@@ -168,23 +164,6 @@ class ClockModel:
     coefficients: tuple[Coefficient, ...] = ()
     under_way_per_s: float = 0.0
     sails_ns: int = 0
-
-    def __post_init__(self) -> None:
-        if self.states not in (2, 3):
-            raise EstimationError(
-                f'states = {self.states}: must be 2 (offset, rate) or 3 (and ageing). '
-                'Choose one of them'
-            )
-        for name in ('observation_sigma_s', 'prior_rate_sigma', 'lunar_sigma_s', 'gnss_sigma_s'):
-            _check(name, getattr(self, name), above_zero=True)
-        for name in ('white_fm_s', 'random_walk_fm_per_s', 'under_way_per_s'):
-            _check(name, getattr(self, name), above_zero=False)
-        for name in ('gate', 'patience_s'):
-            value = getattr(self, name)
-            if value is not None and not value > 0.0:
-                raise EstimationError(f'{name} = {value}: must be > 0. Give the limit meant')
-        for coefficient in self.coefficients:
-            _check(f'sigma of {coefficient.name}', coefficient.sigma, above_zero=True)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -202,15 +181,6 @@ class ClockModel:
         """
         by = {LUNAR: self.lunar_sigma_s, 'gnss': self.gnss_sigma_s, 'gps': self.gnss_sigma_s}
         return by.get(source, self.observation_sigma_s)
-
-
-def _check(name: str, value: float, *, above_zero: bool) -> None:
-    if math.isfinite(value) and (value > 0.0 or (value == 0.0 and not above_zero)):
-        return
-    raise EstimationError(
-        f'{name} = {value}: must be finite and {"> 0" if above_zero else ">= 0"}. '
-        'Give the sigma or noise that is known of the clock'
-    )
 
 
 def prior(model: ClockModel) -> Estimate[float]:
