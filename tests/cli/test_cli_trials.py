@@ -48,6 +48,7 @@ def test_the_answer_says_on_how_many_passages_she_would_have_won():
 def test_short_passages_sail_beside_another_clock(tmp_path):
     path = write_log(tmp_path)
     asked = ['--logs', path, '--days', '0..', '--harbour-days', '0.5', '--sample', '1']
+    asked += ['--duration', '60000']
     chart = tmp_path / 'trial.svg'
     found = run(*asked, '--compare', OTHER, '--plot', str(chart), '--json')
     assert found.exit_code == 0, found.stderr

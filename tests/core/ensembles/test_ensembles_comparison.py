@@ -170,10 +170,9 @@ def test_a_scene_that_cannot_sail_ends_all(pair):
     scene = load_scene('second_cam_at_sea', duration=60.0)
     trochlea = scene.trochlea.model_copy(update={'release_angle': 9.0})
     bad = Entry('bad', scene.model_copy(update={'trochlea': trochlea}), None)
-    for jobs in (1, 2):
-        with pytest.raises(SceneError, match=r'bad: trochlea\.release_angle = 9') as caught:
-            compare([pair[0], bad], jobs=jobs)
-        assert caught.value.key == 'trochlea.release_angle'
+    with pytest.raises(SceneError, match=r'bad: trochlea\.release_angle = 9') as caught:
+        compare([pair[0], bad], jobs=1)
+    assert caught.value.key == 'trochlea.release_angle'
 
 
 def test_the_spread_is_that_of_the_rates_over_the_pieces():
