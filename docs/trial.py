@@ -19,18 +19,18 @@ from typing import Any
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
-from tauto_core.ensembles.answers import (
-    QUANTILES,
+from tauto_core.ensembles.rows import QUANTILES, Row, read_rows, sizes_nmi
+from tauto_core.ensembles.trials import (
     WAYS,
+    Choice,
     ClockAnswers,
     Part,
     Prize,
+    Trial,
     TrialAnswers,
+    TriedClock,
     answers_of,
-    sizes_nmi,
 )
-from tauto_core.ensembles.rows import Row, read_rows
-from tauto_core.ensembles.trials import Choice, Trial, TriedClock
 from tauto_core.files import write_figure
 from tauto_core.plots.ensembles import trial_figure
 from tauto_core.scene.loader import read_mapping

@@ -17,9 +17,8 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from tauto_core.ensembles.answers import ERRORS, shares_within, sizes_nmi
 from tauto_core.ensembles.fleets import Fleet, Plan, sail_fleet
-from tauto_core.ensembles.rows import has_arrived
+from tauto_core.ensembles.rows import ERRORS, has_arrived, shares_within, sizes_nmi
 from tauto_core.files import write_figure
 from tauto_core.navigation.longitude import AWARDS
 from tauto_core.scene import Scene, load_scene

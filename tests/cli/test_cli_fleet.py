@@ -8,7 +8,8 @@ from typer.testing import CliRunner
 from tauto_core.cli.app import app
 from tauto_core.cli.tables import fleet_tables
 from tauto_core.ensembles import workers
-from tauto_core.ensembles.answers import Answers, Portion
+from tauto_core.ensembles.fleets import Answers
+from tauto_core.ensembles.rows import Portion
 from tauto_core.ensembles.workers import Ended, WorkerError
 from tauto_core.files import one_writer
 

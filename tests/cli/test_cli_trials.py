@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from tauto_core.cli.app import app
 from tauto_core.cli.tables import trial_tables
-from tauto_core.ensembles.answers import ClockAnswers, Part, Prize, TrialAnswers, WayAnswers
+from tauto_core.ensembles.trials import ClockAnswers, Part, Prize, TrialAnswers, WayAnswers
 
 LIGHT = ['--set', 'log.interval=600', '--set', 'ship.rate=8', '--jobs', '1']
 

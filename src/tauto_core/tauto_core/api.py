@@ -31,10 +31,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from tauto_core.bags import BagReport, Recovered
-    from tauto_core.ensembles.answers import TrialAnswers
     from tauto_core.ensembles.budget import Budget
     from tauto_core.ensembles.comparison import Comparison
     from tauto_core.ensembles.fleets import Fleet
+    from tauto_core.ensembles.trials import TrialAnswers
     from tauto_core.euler import Claim
     from tauto_core.machines import Isochronism
     from tauto_core.machines.design import WheelDesign
@@ -1176,7 +1176,6 @@ def trial(
             row, or arguments out of range.
     """
     from tauto_core.ensembles import trials
-    from tauto_core.ensembles.answers import answers_of
 
     logbook, drawn = str(path('logs', logs)), _plots(plot)
     processes = _jobs(jobs)
@@ -1206,7 +1205,7 @@ def trial(
     count = len(trial.passages) * len(trial.clocks)
     report = None if progress is None else lambda done: progress(done, count)
     rows = trials.sail_trial(trial, processes, where, report)
-    answers = replace(answers_of(trial, rows), keys_left_out=trials.replaced_by_log(loaded))
+    answers = replace(trials.answers_of(trial, rows), keys_left_out=trials.replaced_by_log(loaded))
     _draw(drawn, 'trial_figure', trial, rows, answers)
     return answers
 

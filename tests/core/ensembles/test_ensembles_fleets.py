@@ -15,8 +15,7 @@ import pytest
 from tauto_core import voyage
 from tauto_core.ensembles import fleets, workers
 from tauto_core.ensembles import rows as stored
-from tauto_core.ensembles.answers import statistics_of
-from tauto_core.ensembles.fleets import Plan, as_draws, sail_fleet, sail_ship
+from tauto_core.ensembles.fleets import Plan, as_draws, sail_fleet, sail_ship, statistics_of
 from tauto_core.ensembles.rows import FIGURES, FleetError
 from tauto_core.ensembles.workers import Ended, WorkerError
 from tauto_core.plots.ensembles import fleet_figure

@@ -3,8 +3,7 @@
 import numpy as np
 from matplotlib.collections import LineCollection
 
-from tauto_core.ensembles.answers import answers_of
-from tauto_core.ensembles.trials import Trial, TriedClock
+from tauto_core.ensembles.trials import Trial, TriedClock, answers_of
 from tauto_core.plots.ensembles import trial_figure
 from tauto_core.ship.logbook import LoggedPassage
 

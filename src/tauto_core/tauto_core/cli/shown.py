@@ -21,10 +21,10 @@ from tauto_core.wording import counted, left_out, place, printed, significant
 if TYPE_CHECKING:
     from tauto_core.bags import BagReport, Recovered
     from tauto_core.cli.calls import Said
-    from tauto_core.ensembles.answers import TrialAnswers
     from tauto_core.ensembles.budget import Budget
     from tauto_core.ensembles.comparison import Comparison
     from tauto_core.ensembles.fleets import Fleet
+    from tauto_core.ensembles.trials import TrialAnswers
     from tauto_core.euler import Claim
     from tauto_core.machines import Isochronism
     from tauto_core.machines.design import WheelDesign
@@ -252,7 +252,7 @@ def comparison(found: Comparison, as_json: bool, _: Given) -> Said:
 
 def fleet(found: Fleet | TrialAnswers, as_json: bool, given: Given) -> Said:
     """Return how many ships, or clocks on how many passages, find the longitude."""
-    from tauto_core.ensembles.answers import TrialAnswers
+    from tauto_core.ensembles.trials import TrialAnswers
 
     if out := given.get('out'):
         say(f'wrote {out / "ships.parquet"}')

@@ -27,8 +27,9 @@ from tauto_core.wording import (
 )
 
 if TYPE_CHECKING:
-    from tauto_core.ensembles.answers import Answers, TrialAnswers
     from tauto_core.ensembles.comparison import Comparison, Row
+    from tauto_core.ensembles.fleets import Answers
+    from tauto_core.ensembles.trials import TrialAnswers
 
 # width of titles, remarks and of a narrow terminal
 _WIDTH = 80
@@ -537,7 +538,7 @@ def _miles(size: float | None) -> str:
 
 def _quantiles(title: str, rows: Iterable[tuple[str, Sequence[float | None] | None]]) -> str:
     """Return the quantiles of the error of each clock, dashes if unknown."""
-    from tauto_core.ensembles.answers import QUANTILES
+    from tauto_core.ensembles.rows import QUANTILES
 
     cells = ((clock, *map(_miles, sizes or [None] * len(QUANTILES))) for clock, sizes in rows)
     return table(title, placed('clock', *map(percent, QUANTILES)), cells)

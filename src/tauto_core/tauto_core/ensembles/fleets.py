@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import copy
 import time
-from collections.abc import Callable, Mapping
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 from pathlib import Path
@@ -21,10 +22,27 @@ from pydantic_core import PydanticCustomError
 from tauto_core import voyage
 from tauto_core.checks.cost import work_s
 from tauto_core.checks.readiness import check_known, check_scene
-from tauto_core.ensembles.answers import Answers, statistics_of
-from tauto_core.ensembles.rows import ENDED, FIGURE_TYPES, Columns, Row, Voyages, figures_of, sail
+from tauto_core.ensembles.rows import (
+    ENDED,
+    ERRORS,
+    FIGURE_TYPES,
+    QUANTILES,
+    Columns,
+    Portion,
+    Row,
+    Voyages,
+    failures_of,
+    figures_of,
+    has_arrived,
+    quantiles_of,
+    sail,
+    shares_within,
+    sizes_nmi,
+)
 from tauto_core.ensembles.workers import versions
+from tauto_core.navigation.longitude import LEAST_UNCHECKED_DAYS
 from tauto_core.results import drawn_by
+from tauto_core.samples import FloatArray
 from tauto_core.scene import Scene, scene_yaml
 from tauto_core.scene.errors import (
     Argument,
@@ -46,7 +64,9 @@ from tauto_core.scene.loader import (
 )
 from tauto_core.scene.sections import Number, Positive, Section
 from tauto_core.scene.tables import read_data
+from tauto_core.scene.times import DAY_S
 from tauto_core.scene.units import in_unit, misfit, unit_of, unit_table
+from tauto_core.wording import counted, figure, percent, span
 
 # -----------------------------------------------------------------------------
 # The distributions of the keys that are drawn for each ship of a fleet.
@@ -313,7 +333,7 @@ def _stream(seed: int, *which: int) -> np.random.SeedSequence:
 # The voyage of one ship of a fleet, and its row of figures.
 
 
-def sail_ship(plan: Plan, number: int, progress: Callable[[float], None]) -> list[dict[str, Any]]:
+def sail_ship(plan: Plan, number: int, progress: Callable[[float], None]) -> list[Row]:
     """Return the row of a ship: number, seed, drawn values and `figures_of` its voyage.
 
     Errors other than an end of the voyage, such as a MemoryError, are raised.
@@ -335,6 +355,146 @@ def sail_ship(plan: Plan, number: int, progress: Callable[[float], None]) -> lis
         ended = error
     figures = figures_of(report, ended, time.thread_time() - began)
     return [{'ship': number, 'seed': ship.scene.seed, **ship.drawn, **figures}]
+
+
+# -----------------------------------------------------------------------------
+# The statistics of a fleet.
+
+LEAST_RANKED = 10
+"""Least number of voyages for a correlation."""
+
+
+@dataclass(frozen=True)
+class Influence:
+    """The correlation of a drawn key with the error.
+
+    A key that shifts the error, such as a tolerance, correlates with the error but not with its
+    size. A key that only scatters the error, such as the noise of an observation, correlates with
+    the size only.
+
+    Attributes:
+        key: path in the scene.
+        raw, corrected: Spearman's rank correlation, −1 to 1, with the error of the dial and of the
+            corrected clock, positive to the east. It is `None` if either is constant.
+        raw_size, corrected_size: the same with the size of the error.
+    """
+
+    key: str
+    raw: float | None
+    corrected: float | None
+    raw_size: float | None
+    corrected_size: float | None
+
+    @property
+    def strongest(self) -> float:
+        """Size of the larger correlation of the corrected clock."""
+        return max(abs(self.corrected or 0.0), abs(self.corrected_size or 0.0))
+
+
+@dataclass(frozen=True)
+class Answers:
+    """The statistics of a fleet.
+
+    Attributes:
+        ships: number of ships that sailed.
+        failures: reasons why voyages ended early or clocks stopped, with their numbers.
+        unchecked_days: least and most time since a clock was last checked when its longitude was
+            judged, `None` if no ship arrived.
+        within: for each clock (`ERRORS`), one entry for each limit of the Act of 1714. `None` if a
+            ship was unchecked for less than `LEAST_UNCHECKED_DAYS`, when the Act does not apply,
+            or if no ship arrived.
+        quantiles_nmi: for each clock, the quantiles of the size of the error at QUANTILES, `None`
+            if no ship arrived.
+        influences: correlations of the numeric drawn keys, the strongest on the corrected clock
+            first.
+    """
+
+    ships: int
+    failures: dict[str, int]
+    unchecked_days: tuple[float, float] | None
+    within: dict[str, list[Portion]] | None
+    quantiles_nmi: dict[str, list[float] | None]
+    influences: list[Influence]
+
+    @property
+    def answer(self) -> str:
+        """How often the longitude was found within the Act's first limit, in a sentence. If the
+        Act does not apply: how large the errors are.
+        """
+        ships = counted(self.ships, 'ship')
+        if self.within is not None:
+            rated, dial = (self.within[name][0] for name in ('corrected', 'raw'))
+            return (
+                f'Of {ships} {percent(rated.share)} ({percent(rated.low)} to '
+                f'{percent(rated.high)} with 95 % confidence) found their longitude within '
+                f'{rated.limit_nmi:g} nautical miles by the rated clock, {percent(dial.share)} by '
+                'the dial alone.'
+            )
+        by_rated, by_dial = (self.quantiles_nmi[name] for name in ('corrected', 'raw'))
+        if by_rated is None or by_dial is None:
+            return f'None of {ships} arrived.'
+        lost = sum(self.failures.values())
+        who = f'the {self.ships - lost} of {ships} that arrived' if lost else ships
+        (median, q95), (half_dial, most_dial) = (
+            [figure(sizes[QUANTILES.index(share)], 'nmi').lstrip('<') for share in (0.5, 0.95)]
+            for sizes in (by_rated, by_dial)
+        )
+        return (
+            f'Of {who}, {self.unchecked()}, half are within {median} nautical miles by the rated '
+            f'clock and 95 % within {q95}; by the dial alone within {half_dial} and {most_dial}. '
+            'That is no verdict: the Act of 1714 asks for six weeks.'
+        )
+
+    def unchecked(self) -> str:
+        """Return for how long the clocks had not been checked, in words."""
+        days = self.unchecked_days or (0.0, 0.0)
+        if not any(days):
+            return 'checked to the end'
+        spans = dict.fromkeys(span(day * DAY_S) for day in days)
+        return f'{" to ".join(spans)} unchecked'
+
+
+def statistics_of(rows: Sequence[Row], drawn: Iterable[str] = ()) -> Answers:
+    """Return the statistics of a fleet from at least one row and its drawn keys."""
+    arrived = list(filter(has_arrived, rows))
+    errors = {name: np.array([row[key] for row in arrived]) for name, key in ERRORS.items()}
+    unchecked = [row['unchecked_days'] for row in arrived]
+    judged = bool(unchecked) and min(unchecked) >= LEAST_UNCHECKED_DAYS
+    stopped = sum(row['stopped_s'] is not None for row in rows)
+    failures = failures_of(rows) + Counter({'the clock stopped': stopped})
+    return Answers(
+        ships=len(rows),
+        failures=dict(failures.most_common()),
+        unchecked_days=(min(unchecked), max(unchecked)) if unchecked else None,
+        within={name: shares_within(sizes_nmi(rows, key)) for name, key in ERRORS.items()}
+        if judged
+        else None,
+        quantiles_nmi={name: quantiles_of(np.abs(error)) for name, error in errors.items()},
+        influences=_influences(drawn, arrived, errors),
+    )
+
+
+def _influences(
+    drawn: Iterable[str], rows: Sequence[Row], errors: dict[str, FloatArray]
+) -> list[Influence]:
+    if len(rows) < LEAST_RANKED:
+        return []
+    influences = []
+    for key in drawn:
+        values = [row[key] for row in rows]
+        if all(isinstance(value, int | float) for value in values):
+            raw, corrected = (_spearman(values, error) for error in errors.values())
+            sizes = (_spearman(values, np.abs(error)) for error in errors.values())
+            influences.append(Influence(key, raw, corrected, *sizes))
+    return sorted(influences, key=lambda item: -item.strongest)
+
+
+def _spearman(values: Sequence[float], errors: FloatArray) -> float | None:
+    from scipy.stats import spearmanr
+
+    if len(set(values)) < 2 or len(np.unique(errors)) < 2:
+        return None
+    return float(spearmanr(values, errors).statistic)
 
 
 @dataclass(frozen=True, repr=False)

@@ -23,15 +23,20 @@ from __future__ import annotations
 import json
 import math
 import warnings
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, field
 from operator import itemgetter
 from pathlib import Path
 from typing import Any, Generic, TypeAlias, TypeVar
 
+import numpy as np
+
 from tauto_core.ensembles.workers import Task, WorkerError, jobs_for, run_each
 from tauto_core.files import DRAFTS, one_writer, write_whole
+from tauto_core.navigation.longitude import AWARDS
+from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import (
     Argument,
     SceneError,
@@ -41,7 +46,7 @@ from tauto_core.scene.errors import (
     install,
 )
 from tauto_core.scene.loader import read_mapping, write_mapping
-from tauto_core.wording import counted
+from tauto_core.wording import counted, percent
 
 Row: TypeAlias = dict[str, Any]
 Columns: TypeAlias = Mapping[str, type]
@@ -193,7 +198,7 @@ def _saying(folder: Path) -> Iterator[None]:
 
 
 # -----------------------------------------------------------------------------
-# The figures of a row, and a plan that is sailed.
+# The figures of a row.
 
 FIGURES: dict[str, tuple[str, str]] = {
     'clock_error_s': ('clock', 'error_s'),
@@ -241,6 +246,87 @@ def has_arrived(row: Mapping[str, Any]) -> bool:
     """Return whether the clock ran to the end: no event ended the voyage and it did not stop."""
     return row['failure'] is None and row['stopped_s'] is None
 
+
+# -----------------------------------------------------------------------------
+# How often the longitude was found.
+
+QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
+
+ERRORS = {'raw': 'raw_error_nmi', 'corrected': 'error_nmi'}
+"""Two ways of finding the longitude and their columns: the dial alone, and the dial corrected for
+the estimated drift.
+"""
+
+
+class Proportion:
+    """A share with the ends of its interval."""
+
+    share: float
+    low: float
+    high: float
+
+    @property
+    def said(self) -> str:
+        """The share with its interval, as text."""
+        return f'{percent(self.share)} ({100.0 * self.low:.3g}–{percent(self.high)})'
+
+
+@dataclass(frozen=True)
+class Portion(Proportion):
+    """Share of all ships with a longitude within a limit.
+
+    A ship that failed, or lost its clock, counts as outside.
+
+    Attributes:
+        limit_nmi: limit of the Act of 1714.
+        ships: number of ships within it.
+        share: their share of all.
+        low, high: Wilson's interval of the share, at 95 %.
+    """
+
+    limit_nmi: float
+    ships: int
+    share: float
+    low: float
+    high: float
+
+
+def failures_of(rows: Iterable[Mapping[str, Any]]) -> Counter[str]:
+    """Return the reasons why voyages ended early, with their numbers."""
+    return Counter(row['failure'] for row in rows if row['failure'] is not None)
+
+
+def sizes_nmi(rows: Iterable[Mapping[str, Any]], column: str) -> FloatArray:
+    """Return the sizes of errors [nmi], infinite if a clock did not arrive or has no error."""
+    sizes = (
+        abs(row[column]) if has_arrived(row) and row[column] is not None else math.inf
+        for row in rows
+    )
+    return np.fromiter(sizes, np.float64)
+
+
+def quantiles_of(sizes: FloatArray) -> list[float] | None:
+    finite = sizes[np.isfinite(sizes)]
+    return np.quantile(finite, QUANTILES).tolist() if len(finite) else None
+
+
+def shares_within(sizes: FloatArray) -> list[Portion]:
+    """Return the shares of all ships within each limit of the Act, from `sizes_nmi`."""
+    counts = [(limit, int(np.count_nonzero(sizes <= limit))) for limit, _ in AWARDS]
+    total = len(sizes)
+    return [Portion(limit, count, count / total, *wilson(count, total)) for limit, count in counts]
+
+
+def wilson(count: int, total: int) -> tuple[float, float]:
+    """Return Wilson's 95 % interval of a share of which `count` of `total` were observed."""
+    from scipy.stats import binomtest
+
+    interval = binomtest(count, total).proportion_ci(0.95, method='wilson')
+    return float(interval.low), float(interval.high)
+
+
+# -----------------------------------------------------------------------------
+# A plan that is sailed.
 
 Voyage = TypeVar('Voyage')
 

@@ -29,12 +29,26 @@ from tauto_core.ensembles.comparison import (
     refuse_same_names,
     with_rate,
 )
-from tauto_core.ensembles.rows import ENDED, FIGURE_TYPES, Columns, Voyages, sail
+from tauto_core.ensembles.rows import (
+    ENDED,
+    ERRORS,
+    FIGURE_TYPES,
+    Columns,
+    Proportion,
+    Row,
+    Voyages,
+    failures_of,
+    quantiles_of,
+    sail,
+    shares_within,
+    sizes_nmi,
+)
 from tauto_core.ensembles.workers import versions
 from tauto_core.navigation import DriftStage, LongitudeStage, LongitudeTally
 from tauto_core.navigation.covariates import coefficients
-from tauto_core.navigation.longitude import LEAST_UNCHECKED_DAYS
+from tauto_core.navigation.longitude import AWARDS, LEAST_UNCHECKED_DAYS
 from tauto_core.navigation.regressors import SHAKEN_BY
+from tauto_core.results import drawn_by
 from tauto_core.samples import (
     LONGITUDE_ERROR,
     OBSERVATION,
@@ -43,6 +57,7 @@ from tauto_core.samples import (
     SHIP_IMU,
     SHIP_TEMPERATURE,
     Batches,
+    FloatArray,
     JointSamples,
     merged,
 )
@@ -59,8 +74,8 @@ from tauto_core.scene.errors import (
 from tauto_core.scene.loader import checked_scene, origin_of, read_mapping
 from tauto_core.scene.sections import has_wind, log_time
 from tauto_core.scene.tables import missing_file
-from tauto_core.scene.times import NS_PER_S
-from tauto_core.ship.coast import ocean_of
+from tauto_core.scene.times import DAY_S, NS_PER_S
+from tauto_core.ship.coast import no_landfall, ocean_of
 from tauto_core.ship.logbook import (
     OF_THE_BOX,
     OF_THE_SEA,
@@ -448,9 +463,7 @@ _TOPICS = (SHIP_IMU, SHIP_FIX, SHIP_TEMPERATURE, OBSERVATION, READING)
 """Topics that a navigator reads."""
 
 
-def sail_passage(
-    trial: Trial, sailing: Sailing, progress: Callable[[float], None]
-) -> list[dict[str, Any]]:
+def sail_passage(trial: Trial, sailing: Sailing, progress: Callable[[float], None]) -> list[Row]:
     """Sail all clocks along one passage in the same sea and return their rows.
 
     An event that ends the motion of a clock is a result, and the other clocks go on. `run_s` is
@@ -502,7 +515,7 @@ def sail_trial(
     jobs: int,
     out: Path | None = None,
     progress: Callable[[float], None] | None = None,
-) -> list[dict[str, Any]]:
+) -> list[Row]:
     """Sail a trial, or the rest of it, as `rows.sail` does, and return its rows by their numbers.
 
     Invalid passages are refused first.
@@ -520,3 +533,218 @@ def sail_trial(
         identity=trial.identity(),
     )
     return list(sail(plan, jobs, out, progress))
+
+
+# -----------------------------------------------------------------------------
+# The answers of a trial.
+
+WAYS = {**ERRORS, 'sensed': 'sensed_error_nmi'}
+"""Three ways of finding the longitude and their columns: the dial alone, the dial corrected for
+the rate in harbour, and corrected by thermometer and IMU as well.
+"""
+
+
+@dataclass(frozen=True)
+class Prize(Proportion):
+    """Share of the passages of six weeks and more with a longitude within a limit.
+
+    A clock that failed counts as outside.
+
+    Attributes:
+        limit_nmi: limit of the Act of 1714.
+        pounds: prize for this limit.
+        passages: number of passages within it.
+        share: their share of all.
+        low, high: Wilson's interval of the share, at 95 %.
+    """
+
+    limit_nmi: float
+    pounds: int
+    passages: int
+    share: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Part:
+    """The passages of one season or ocean.
+
+    Attributes:
+        name: of the season or the ocean.
+        passages: number of passages of six weeks and more.
+        within: how many of them are within each limit of the Act.
+        median_nmi: median size of the error, `None` if no clock arrived.
+    """
+
+    name: str
+    passages: int
+    within: list[int]
+    median_nmi: float | None
+
+
+@dataclass(frozen=True)
+class WayAnswers:
+    """The answers for a clock and one of the three `WAYS`.
+
+    Attributes:
+        prizes: one for each limit of the Act, empty without passages of six weeks.
+        quantiles_nmi: quantiles of the size of the error on all passages at QUANTILES, `None` if
+            no clock arrived.
+        seasons: by the season of the middle of the passage.
+        oceans: by the ocean of most entries.
+    """
+
+    prizes: list[Prize]
+    quantiles_nmi: list[float] | None
+    seasons: list[Part]
+    oceans: list[Part]
+
+
+@dataclass(frozen=True)
+class ClockAnswers:
+    """The answers of a trial for one clock.
+
+    Attributes:
+        clock: name of its scene.
+        scene: file or name that the user gave.
+        failures: reasons why voyages ended early, with their numbers.
+        stopped: number of passages on which the clock stopped.
+        ways: by the names of `WAYS`, without `sensed` if no rate equation fits the clock.
+    """
+
+    clock: str
+    scene: str
+    failures: dict[str, int]
+    stopped: int
+    ways: dict[str, WayAnswers]
+
+
+@dataclass(frozen=True)
+class TrialAnswers:
+    """The answers of a trial.
+
+    Attributes:
+        logs: file or name of the log-book.
+        passages: number of passages.
+        judged: number of passages of six weeks and more, which the Act would judge.
+        clocks: in the order of the trial.
+        left_out: chosen passages that cannot be sailed, a mapping with `passage` and `problem`.
+        voyages: a mapping for each clock on each passage; `ends` describes a last entry
+            at sea, otherwise it is `None`.
+        keys_left_out: keys of the first scene that the log replaces.
+    """
+
+    logs: str
+    passages: int
+    judged: int
+    clocks: list[ClockAnswers]
+    left_out: list[dict[str, str]]
+    voyages: list[Row]
+    keys_left_out: tuple[str, ...] = ()
+
+    @property
+    def answer(self) -> str:
+        """On how many passages the first clock would have won the prize, in a sentence."""
+        clock = self.clocks[0]
+        passages = counted(self.judged, 'passage')
+        rated, dial = clock.ways['corrected'], clock.ways['raw']
+        if not rated.prizes:
+            sentence = f'{counted(self.passages, "passage")} of {self.logs}: none of six weeks, '
+            return f'{sentence}which the Act of 1714 asks for.'
+        prize = rated.prizes[0]
+        sentence = (
+            f'On {prize.passages} of {passages} of six weeks and more {clock.clock} would have '
+            f'found the longitude within {prize.limit_nmi:g} nautical miles when rated in '
+            f'harbour: {prize.said}. By the dial alone on {dial.prizes[0].passages}'
+        )
+        if 'sensed' in clock.ways:
+            sentence += f', with thermometer and IMU on {clock.ways["sensed"].prizes[0].passages}'
+        return f'{sentence}.'
+
+    def _repr_html_(self) -> str:
+        return str(drawn_by('notebook', 'trial_html')(self))
+
+
+def answers_of(trial: Trial, rows: Sequence[Row]) -> TrialAnswers:
+    """Return the answers of a trial from its rows."""
+    passages = {passage.name: passage for passage in trial.passages}
+    ends = {name: no_landfall(*passage.entries[-1][1:3]) for name, passage in passages.items()}
+    cut_s = trial.longest_s
+    # days at sea, which a shorter duration may have cut
+    longest = math.inf if cut_s is None else cut_s / DAY_S - trial.harbour_days
+    judged = {
+        name
+        for name, passage in passages.items()
+        if min(passage.days, longest) >= LEAST_UNCHECKED_DAYS
+    }
+    clocks = []
+    for clock in trial.clocks:
+        own = [row for row in rows if row['clock'] == clock.name]
+        ways = {
+            way: _way(own, column, passages, judged)
+            for way, column in WAYS.items()
+            if way != 'sensed' or clock.covariates
+        }
+        stopped = sum(row['stopped_s'] is not None for row in own)
+        failures = dict(failures_of(own))
+        clocks.append(ClockAnswers(clock.name, clock.origin, failures, stopped, ways))
+    return TrialAnswers(
+        logs=trial.logs,
+        passages=len(passages),
+        judged=len(judged),
+        clocks=clocks,
+        left_out=[{'passage': name, 'problem': str(why)} for name, why in trial.left_out],
+        voyages=[
+            _voyage(row, passages[row['passage']]) | {'ends': ends[row['passage']]} for row in rows
+        ],
+    )
+
+
+def _voyage(row: Row, passage: LoggedPassage) -> dict[str, Any]:
+    return {
+        'passage': passage.name,
+        'ship': passage.ship,
+        'from': passage.sailed_from,
+        'to': passage.bound_to,
+        'first_utc': passage.entries[0][0],
+        'days': passage.days,
+        'season': season_of(passage),
+        'ocean': ocean_of_passage(passage),
+        'clock': row['clock'],
+        **{key: row[key] for key in WAYS.values()},
+        'stopped_s': row['stopped_s'],
+        'failure': row['failure'],
+    }
+
+
+def _way(
+    rows: Sequence[Row],
+    column: str,
+    passages: dict[str, LoggedPassage],
+    judged: set[str],
+) -> WayAnswers:
+    sample = [row for row in rows if row['passage'] in judged]
+
+    def parts(of: Callable[[LoggedPassage], str]) -> list[Part]:
+        groups: dict[str, list[Row]] = {}
+        for row in sample:
+            groups.setdefault(of(passages[row['passage']]), []).append(row)
+        return [_part(name, sizes_nmi(groups[name], column)) for name in sorted(groups)]
+
+    shares = zip(shares_within(sizes_nmi(sample, column)) if sample else [], AWARDS, strict=False)
+    return WayAnswers(
+        prizes=[
+            Prize(share.limit_nmi, pounds, share.ships, share.share, share.low, share.high)
+            for share, (_, pounds) in shares
+        ],
+        quantiles_nmi=quantiles_of(sizes_nmi(rows, column)),
+        seasons=parts(season_of),
+        oceans=parts(ocean_of_passage),
+    )
+
+
+def _part(name: str, sizes: FloatArray) -> Part:
+    arrived = sizes[np.isfinite(sizes)]
+    counts = [int(np.count_nonzero(sizes <= limit)) for limit, _ in AWARDS]
+    return Part(name, len(sizes), counts, float(np.median(arrived)) if len(arrived) else None)

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tauto_core.ensembles.answers import ERRORS, WAYS, TrialAnswers, sizes_nmi
 from tauto_core.ensembles.comparison import Comparison
 from tauto_core.ensembles.comparison import Row as ClockRow
 from tauto_core.ensembles.fleets import Fleet
-from tauto_core.ensembles.rows import Row
-from tauto_core.ensembles.trials import Trial
+from tauto_core.ensembles.rows import ERRORS, Row, sizes_nmi
+from tauto_core.ensembles.trials import WAYS, Trial, TrialAnswers
 from tauto_core.navigation.longitude import ARCMIN_PER_S, AWARDS
 from tauto_core.plots.chart import draw_land
 from tauto_core.samples import FloatArray

@@ -16,9 +16,9 @@ from tauto_core.plots.picture import picture_html
 from tauto_core.wording import figure, significant
 
 if TYPE_CHECKING:
-    from tauto_core.ensembles.answers import TrialAnswers
     from tauto_core.ensembles.comparison import Comparison
     from tauto_core.ensembles.fleets import Fleet
+    from tauto_core.ensembles.trials import TrialAnswers
     from tauto_core.scene import Scene
     from tauto_core.voyage import Voyage
 
