@@ -22,6 +22,7 @@ from __future__ import annotations
 
 import json
 import math
+import shutil
 import warnings
 from collections import Counter
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
@@ -56,10 +57,10 @@ Columns: TypeAlias = Mapping[str, type]
 # The rows of a fleet on disk, in a Parquet file. An interrupted fleet can go on.
 #
 # `fleet.yaml` identifies the fleet, `ships.parquet` has its rows. Under way each voyage adds a
-# line of JSON to `ships.jsonl`, which is joined with the earlier rows at the end. Only one process
+# file of JSON to `ships/`. At the end they are joined with the earlier rows. Only one process
 # writes to the folder.
 
-_SAYS, _TABLE, _LOG, _LOCK = 'fleet.yaml', 'ships.parquet', 'ships.jsonl', '.lock'
+_SAYS, _TABLE, _PARTS, _LOCK = 'fleet.yaml', 'ships.parquet', 'ships', '.lock'
 
 
 class FleetError(TautoError):
@@ -109,15 +110,14 @@ def stored(
         rows = read_rows(folder)
         with _saying(folder):
             write_whole(folder / _SAYS, write_mapping(dict(identity)).encode())
-            for draft in folder.glob(DRAFTS):  # of a killed process
+            (folder / _PARTS).mkdir(exist_ok=True)
+            for draft in folder.rglob(DRAFTS):  # of a killed process
                 draft.unlink()
-            log = stack.enter_context((folder / _LOG).open('ab'))
-            log.truncate(_whole(folder / _LOG))
 
         def add(new: list[Row]) -> None:
+            part = folder / _PARTS / f'{new[0]["ship"]:07d}.json'
             with _saying(folder):
-                log.write(json.dumps(new, allow_nan=False).encode() + b'\n')
-                log.flush()
+                write_whole(part, json.dumps(new, allow_nan=False).encode())
             rows.extend(new)
 
         yield rows, add
@@ -130,7 +130,7 @@ def stored(
         pq.write_table(pa.Table.from_pylist(rows, schema), buffer)
         with _saying(folder):
             write_whole(folder / _TABLE, buffer.getvalue())
-            (folder / _LOG).unlink()
+            shutil.rmtree(folder / _PARTS)
 
 
 def read_rows(folder: Path) -> list[Row]:
@@ -138,27 +138,17 @@ def read_rows(folder: Path) -> list[Row]:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-    table, log = folder / _TABLE, folder / _LOG
-    file, rows = table, list[Row]()
-    try:
-        if table.exists():
-            rows += pq.read_table(table).to_pylist()
-        file = log
-        if log.exists():
-            for line in log.read_bytes()[: _whole(log)].splitlines():
-                rows += json.loads(line)
-    except (OSError, ValueError, pa.ArrowException) as error:
-        raise FleetError(
-            f'{file}: cannot be read ({error}). Remove it to sail its ships again'
-        ) from None
-    # a process that was killed at its end leaves both files
-    by_ship = {row['ship']: row for row in rows}
+    by_ship: dict[int, Row] = {}  # a process that was killed at its end leaves all files
+    for file in (*folder.glob(_TABLE), *folder.glob(f'{_PARTS}/*.json')):
+        try:
+            is_table = file.suffix == '.parquet'
+            rows = pq.read_table(file).to_pylist() if is_table else json.loads(file.read_bytes())
+        except (OSError, ValueError, pa.ArrowException) as error:
+            raise FleetError(
+                f'{file}: cannot be read ({error}). Remove it to sail its ships again'
+            ) from None
+        by_ship |= {row['ship']: row for row in rows}
     return [by_ship[ship] for ship in sorted(by_ship)]
-
-
-def _whole(log: Path) -> int:
-    """Return the length of a file up to the end of its last whole line."""
-    return log.read_bytes().rfind(b'\n') + 1
 
 
 def _check_folder(folder: Path, identity: Mapping[str, Any]) -> None:
