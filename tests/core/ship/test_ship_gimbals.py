@@ -216,7 +216,7 @@ def test_gimbals_keep_the_plane_upright_on_a_ship_that_pitches():
     [
         ({'depth': 0.0}, 'suspension.depth', 'greater than 0'),
         ({'damping_ratio': -0.1}, 'suspension.damping_ratio', '0'),
-        ({'damping_ratio': 5.0}, 'suspension.damping_ratio', 'Use for example 0.1'),
+        ({'damping_ratio': 5.0}, 'suspension.damping_ratio', 'at most 1'),
         ({'friction_angle': -0.1}, 'suspension.friction_angle', '0'),
         ({'friction_angle': 1.0}, 'suspension.friction_angle', '0.5'),
         ({'axle_radius': 0.1}, 'suspension.axle_radius', ''),

@@ -132,17 +132,3 @@ def test_the_series_of_a_geodesic_is_the_geodesic(start, end):
     highest = max(abs(p['lat2']) for p in found)
     assert highest <= leg.highest_deg + 1e-12
     assert leg.highest_deg == pytest.approx(highest, abs=0.01)
-
-
-@pytest.mark.parametrize(
-    ('start', 'end', 'unique'),
-    [
-        ((0.0, 0.0), (0.0, 179.0), True),
-        ((0.0, 0.0), (0.0, 179.9), False),
-        ((30.0, 10.0), (-30.0, -170.0 - 1e-9), False),
-        ((30.0, 10.0), (-30.0, -171.0), True),
-        ((30.0, 10.0), (-29.0, -170.2), True),
-    ],
-)
-def test_opposite_places_have_two_geodesics(start, end, unique):
-    assert geodesic_leg(start, end).unique is unique

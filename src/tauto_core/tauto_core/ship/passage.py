@@ -56,13 +56,11 @@ class GeodesicLeg:
     Attributes:
         length_m: length [m].
         highest_deg: largest |latitude| [degrees].
-        unique: whether no other route is as short. Nearly antipodal places may have two.
         vertical: Chebyshev coefficients of (cos φ cos λ, cos φ sin λ, sin φ), (m, 3).
     """
 
     length_m: float
     highest_deg: float
-    unique: bool
     vertical: FloatArray
 
     def places(self, part: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -107,12 +105,9 @@ def geodesic_leg(start: tuple[float, float], end: tuple[float, float]) -> Geodes
     across = np.cos(latitude)
     vertical = np.stack((across * np.cos(longitude), across * np.sin(longitude), np.sin(latitude)))
     azimuths = line.azi1, line.Position(length, Geodesic.AZIMUTH)['azi2']
-    # Karney, section 3: between opposite parallels a second route has the azimuths exchanged
-    opposite = abs(start[0] + end[0]) < 1e-6 and abs(start[1] - end[1]) > 90.0
     return GeodesicLeg(
         length,
         _highest(start[0], end[0], azimuths),
-        not (opposite and abs(math.remainder(azimuths[1] - azimuths[0], 360.0)) > 1e-3),
         chebyshev_coefficients(vertical).T,
     )
 
@@ -234,8 +229,8 @@ class Passage:
         landfalls_ns: times at the waypoints that are landfalls, and `arrives_ns`.
 
     Raises:
-        SceneError: a leg comes too near a pole or is not the only shortest one, or the ship does
-            not arrive within the scene at `voyage.speed`.
+        SceneError: a leg comes too near a pole, or the ship does not arrive within the scene at
+            `voyage.speed`.
     """
 
     def __init__(self, scene: Surroundings, voyage: Itinerary) -> None:
@@ -329,14 +324,6 @@ def _legs(scene: Surroundings, voyage: Itinerary) -> list[GeodesicLeg | RhumbLeg
                 f'{WIDEST_AWARD_NMI:g} nautical miles of any other',
                 'Put a waypoint between them, or use track rhumb.',
             )
-        if isinstance(leg, GeodesicLeg) and not leg.unique:
-            raise SceneError(
-                scene.name,
-                key,
-                list(end),
-                f'is opposite {origin} on the globe: there are two shortest ways',
-                'Put a waypoint on the way that is meant.',
-            )
         legs.append(leg)
     return legs
 
@@ -358,14 +345,6 @@ def _arrives_at(scene: Surroundings, voyage: Itinerary, length_m: float) -> floa
             f'ship arrives {arrives_at - scene.duration:.6g} s after the end of the scene '
             f'(duration {scene.duration!r} s)',
             f'Give {faster}a longer duration, or arrives_at, which may be after the end.',
-        )
-    if round(length_m / voyage.speed * NS_PER_S) < 1:
-        raise SceneError(
-            scene.name,
-            'voyage.speed',
-            voyage.speed,
-            'makes the whole way in less than a nanosecond',
-            'Give it in m/s.',
         )
     return arrives_at
 

@@ -20,7 +20,6 @@ from tauto_core.scene.errors import ABSENT, Problem, SceneError, problems_where
 from tauto_core.scene.sections import (
     LONGEST_TEXT,
     Kind,
-    Number,
     OneLine,
     Positive,
     Section,
@@ -36,7 +35,7 @@ FOLDER = 'tauto_core.ship.airs'
 COLDEST, WARMEST = -60.0, 60.0
 """Limits of the air's temperature at sea level, with a margin [°C]."""
 
-_NOT_CELSIUS = f'must be between {COLDEST:g} and {WARMEST:g} °C', 'Give it in degrees Celsius.'
+Celsius = Annotated[float, Strict(), Field(ge=COLDEST, le=WARMEST)]
 
 AIR_KNOT_S = 600
 """Time between knots under way [s], with linear mean and local time between them."""
@@ -73,7 +72,7 @@ class AirKind(Kind):
 
     def problems(self, scene: AirySurroundings) -> Iterator[Problem]:
         """Yield its problems in a scene."""
-        raise NotImplementedError
+        return iter(())
 
 
 class AirySurroundings(Surroundings, Protocol):
@@ -96,12 +95,6 @@ def knots_between(first_ns: int, last_ns: int, scene: AirySurroundings) -> IntAr
     step = AIR_KNOT_S * NS_PER_S
     needed = scene.duration_ns + 2 * scene.log_interval_ns + 2 * step
     return np.arange(first_ns, min(last_ns, needed), step, dtype=np.int64)
-
-
-def implausible_celsius(key: str, celsius: float) -> Iterator[Problem]:
-    """Yield a problem for a temperature [°C] that air cannot have."""
-    if not COLDEST <= celsius <= WARMEST:
-        yield Problem(key, celsius, *_NOT_CELSIUS)
 
 
 # -----------------------------------------------------------------------------
@@ -249,17 +242,12 @@ class ConstantAir(AirKind):
     starter: ClassVar[Mapping[str, Any]] = {'celsius': 15.0}
 
     kind: Literal['constant'] = 'constant'
-    celsius: Number = Field(description='temperature of the air, -60 to 60 [°C]')
+    celsius: Celsius = Field(description='temperature of the air, -60 to 60 [°C]')
 
     def knots(self, scene: AirySurroundings) -> tuple[IntArray, FloatArray]:
         """Return one time, and the temperature."""
         del scene
         return np.zeros(1, np.int64), np.array([self.celsius])
-
-    def problems(self, scene: AirySurroundings) -> Iterator[Problem]:
-        """Yield a problem if no air is so cold or warm."""
-        del scene
-        yield from implausible_celsius('air.celsius', self.celsius)
 
 
 class AirAt(Section):
@@ -269,7 +257,7 @@ class AirAt(Section):
         description='number of a place of the voyage: 0 the departure, then the waypoints, then '
         'the arrival'
     )
-    celsius: Number = Field(description='temperature of the air there, -60 to 60 [°C]')
+    celsius: Celsius = Field(description='temperature of the air there, -60 to 60 [°C]')
 
 
 class RouteAir(AirKind):
@@ -283,7 +271,7 @@ class RouteAir(AirKind):
     starter: ClassVar[Mapping[str, Any]] = {'at': ({'waypoint': 0, 'celsius': 15.0},)}
 
     kind: Literal['route'] = 'route'
-    at: tuple[AirAt, ...] | None = Field(
+    at: Annotated[tuple[AirAt, ...], Field(min_length=1)] | None = Field(
         default=None,
         description='list of {waypoint, celsius}, in the order of the voyage, by default the mean '
         'for latitude and month, from voyage.date',
@@ -324,11 +312,9 @@ class RouteAir(AirKind):
                 'is needed for the mean temperature of the month, as air gives no temperatures',
                 'Write the day of departure, `date: 1761-11-18`, or `air.at: …`.',
             ),
-            (at == (), 'air.at', ABSENT, 'is empty', 'Name at least one place.'),
         )
         arrival = 0 if voyage is None else len(voyage.places) - 1
         for index, place in enumerate(at or ()):
-            yield from implausible_celsius(f'air.at[{index}].celsius', place.celsius)
             if voyage is not None and place.waypoint > arrival:
                 yield Problem(
                     f'air.at[{index}].waypoint',
@@ -388,13 +374,15 @@ def read_air(record: AirRecordFile) -> dict[str, Any]:
     time = _UTC if has_utc else _SECONDS
     columns = (
         Column(time, utc=has_utc, unit='s', rising='later than the row before'),
-        Column(_CELSIUS),
+        Column(
+            _CELSIUS,
+            least=COLDEST,
+            most=WARMEST,
+            unit='°C',
+            remedy='Give it in degrees Celsius.',
+        ),
     )
     table = read_table(record.path, columns, remedy=_FORM)
-    celsius = table[_CELSIUS]
-    wrong = np.flatnonzero((celsius < COLDEST) | (celsius > WARMEST))
-    if wrong.size:
-        raise table.refusal(int(wrong[0]), _CELSIUS, *_NOT_CELSIUS)
     table.gaps(
         time,
         record.longest_gap_hours * 3600.0,
@@ -412,7 +400,7 @@ def read_air(record: AirRecordFile) -> dict[str, Any]:
         'source': source_name(record.path)[-LONGEST_TEXT:],
         'first_utc': first_utc,
         'time': (table[time] - zero_s).tolist(),
-        'celsius': celsius.tolist(),
+        'celsius': table[_CELSIUS].tolist(),
     }
 
 
@@ -439,7 +427,7 @@ class RecordAir(AirKind):
     time: tuple[_Time, ...] = Field(
         description='list of increasing times from the start of the scene, or from first_utc [s]'
     )
-    celsius: tuple[Number, ...] = Field(
+    celsius: tuple[Celsius, ...] = Field(
         description='list of temperatures of the air, one for each time, -60 to 60 [°C]'
     )
     longest_gap_hours: Positive = Field(
@@ -481,8 +469,6 @@ class RecordAir(AirKind):
                 'Give one for each time, and at least one.',
             )
             return
-        for index, celsius in enumerate(self.celsius):
-            yield from implausible_celsius(f'air.celsius[{index}]', celsius)
         longest_s = self.longest_gap_hours * 3600.0
         for index, (previous, current) in enumerate(pairwise(self.time), 1):
             if not 0.0 < current - previous <= longest_s:

@@ -15,8 +15,8 @@ from pydantic import Field, Strict
 
 from tauto_core.machines.axle_pendulum import Modes, answers, modes, off_resonance
 from tauto_core.samples import FloatArray
-from tauto_core.scene.errors import Problem, problems_where
-from tauto_core.scene.sections import Flag, Kind, NonNegative, Number, Positive
+from tauto_core.scene.errors import Problem
+from tauto_core.scene.sections import Flag, Kind, Positive
 
 if TYPE_CHECKING:
     from tauto_core.motion.suspended_case import CaseSwing
@@ -71,30 +71,9 @@ class SuspensionKind(Kind):
 
     def problems(self, *, still: bool) -> Iterator[Problem]:
         """Yield the contradictions between its keys, for a ship that is `still` or moves."""
-        below = -self.depth or self.gyration_radius
-        return problems_where(
-            (
-                still,
-                'suspension',
-                self.kind,
-                'is not for a ship at rest, on which the case hangs still',
-                'Leave it out, or let the ship move.',
-            ),
-            (
-                self.depth <= 0.0,
-                'suspension.depth',
-                self.depth,
-                'must be greater than 0: a case with its centre of gravity above its axle topples',
-                f'Use for example {abs(below) or 0.1!r}: positive is below the axle.',
-            ),
-            (
-                self.gyration_radius <= 0.0,
-                'suspension.gyration_radius',
-                self.gyration_radius,
-                'must be greater than 0: a case without extent turns in no time (h′ = 0)',
-                f'Use for example {0.5 * abs(self.depth) or 0.05!r}.',
-            ),
-        )
+        if still:
+            problem = 'is not for a ship at rest, on which the case hangs still'
+            yield Problem('suspension', self.kind, problem, 'Leave it out, or let the ship move.')
 
 
 # -----------------------------------------------------------------------------
@@ -115,11 +94,11 @@ class AxleSuspension(SuspensionKind):
     kind: Literal['axle'] = 'axle'
     support_radius: Positive = Field(description='radius of the hollow bearing [m]')
     axle_radius: Positive = Field(description='radius of the axle in it [m]')
-    depth: Number = Field(
+    depth: Positive = Field(
         description="depth of the case's centre of gravity, where the clock "
         "is, below the axle's centre [m]"
     )
-    gyration_radius: Number = Field(
+    gyration_radius: Positive = Field(
         description='radius of gyration of the case about its centre of gravity [m]'
     )
     large_angles: Flag = Field(
@@ -191,16 +170,16 @@ class GimbalsSuspension(SuspensionKind):
     large_angles: ClassVar[bool] = True  # type: ignore[misc]
 
     kind: Literal['gimbals'] = 'gimbals'
-    depth: Number = Field(
+    depth: Positive = Field(
         description="depth of the case's centre of gravity, where the clock is, below the pivots "
         '[m]'
     )
-    gyration_radius: Number = Field(
+    gyration_radius: Positive = Field(
         description='radius of gyration of the case about its centre of gravity [m]'
     )
-    damping_ratio: NonNegative = Field(
+    damping_ratio: Annotated[float, Strict(), Field(ge=0.0, le=1.0)] = Field(
         default=0.0,
-        description='damping ratio of its small swings by viscous friction in the pivots',
+        description='damping ratio of its small swings by viscous friction in the pivots, 0 to 1',
     )
     friction_angle: Annotated[float, Strict(), Field(ge=0.0, le=LARGEST_FRICTION)] = Field(
         default=0.0,
@@ -248,17 +227,6 @@ class GimbalsSuspension(SuspensionKind):
             friction=square * math.sin(self.friction_angle),
             tolerance=tolerance,
         )
-
-    def problems(self, *, still: bool) -> Iterator[Problem]:
-        """Yield the contradictions between its keys."""
-        if self.damping_ratio > 1.0:
-            yield Problem(
-                'suspension.damping_ratio',
-                self.damping_ratio,
-                'must be at most 1, above which the case creeps back and goes with the ship',
-                'Use for example 0.1, which is 10 per cent.',
-            )
-        yield from super().problems(still=still)
 
 
 KINDS = (AxleSuspension, GimbalsSuspension)
