@@ -209,7 +209,7 @@ def test_a_record_that_is_not_there_is_refused(tmp_path: Path) -> None:
         ),
         (states_of({'at': 0.0, **HIGH, 'sped': 1.0}), 'Did you mean `speed`?'),
         ({'kind': 'squall'}, "ship.weather.kind = 'squall': unknown kind"),
-        ({'kind': 'climate', 'regions': []}, 'ship.weather.regions: is empty'),
+        ({'kind': 'climate', 'regions': []}, 'regions = []: has 0 items, the limit is at least 1'),
         ({'kind': 'climate', 'regions': [{}]}, 'regions[0].median_wave_height: is missing'),
         (
             {'kind': 'climate', 'regions': [{'climate': 'trades'}, {'climate': 'trades'}]},

@@ -76,16 +76,6 @@ def check_proportions(length: float, beam: float, draught: float) -> None:
     """
     low, high = LENGTHS_M
     refuse_where(
-        *(
-            (
-                not (math.isfinite(size) and size > 0.0),
-                key,
-                size,
-                'must be a number above 0 m',
-                'Give it in metres.',
-            )
-            for key, size in (('length', length), ('beam', beam), ('draught', draught))
-        ),
         (
             not low <= length <= high,
             'length',
@@ -111,7 +101,7 @@ def check_proportions(length: float, beam: float, draught: float) -> None:
             'Give the draught of the hull without its keel.',
         ),
         (
-            draught < beam / 20.0,
+            not draught >= beam / 20.0,  # nor NaN
             'draught',
             draught,
             f'must be at least a 20th of the beam, {beam / 20:.3g} m',
@@ -522,18 +512,12 @@ class Hull:
         length, beam = self.coefficients.length, self.coefficients.beam
         radii = (('k_xx', beam, 'beam'), ('k_yy', length, 'length'), ('k_zz', length, 'length'))
         refuse_where(
-            *(
-                (
-                    not (math.isfinite(value) and value > 0.0),
-                    key,
-                    value,
-                    f'must be above 0 {unit}',
-                    'Give a positive number.',
-                )
-                for key, value, unit in (
-                    ('roll_period', self.roll_period, 's'),
-                    ('gravity', self.gravity, 'm/s2'),
-                )
+            (
+                not 0.0 < self.roll_period < math.inf,
+                'roll_period',
+                self.roll_period,
+                'must be above 0 s',
+                'Give a positive number.',
             ),
             (
                 not 0.0 <= self.roll_damping_ratio < 1.0,

@@ -492,7 +492,9 @@ class RecordWeather(WeatherKind):
 
     kind: Literal['record'] = 'record'
     source: OneLine = Field(description='origin of the record')
-    time: tuple[_Time, ...] = Field(description='list of increasing times from the start [s]')
+    time: Annotated[tuple[_Time, ...], Field(min_length=1)] = Field(
+        description='list of increasing times from the start [s]'
+    )
     significant_wave_height: tuple[Positive, ...] = Field(
         description='list of significant wave heights [m], one for each time'
     )
@@ -544,8 +546,6 @@ class RecordWeather(WeatherKind):
 
     def problems(self, rate_hz: float) -> Iterator[Problem]:
         """Yield the problems of its lists. The rate is checked once the speed is known."""
-        if not self.time:
-            yield Problem('ship.weather.time', ABSENT, 'is empty', 'Give at least one row.')
         for name in ('significant_wave_height', 'peak_period', 'waves_to'):
             values = getattr(self, name)
             if values is not None and len(values) != len(self.time):

@@ -155,7 +155,7 @@ class ClimateWeather(WeatherKind):
     starter: ClassVar[Mapping[str, Any]] = {'regions': [{'climate': 'north_atlantic_winter'}]}
 
     kind: Literal['climate'] = 'climate'
-    regions: tuple[Region, ...] = Field(
+    regions: Annotated[tuple[Region, ...], Field(min_length=1)] = Field(
         description='list of regions in the order of the route: climate, at or waypoint, …'
     )
     interval: Annotated[float, Strict(), Field(ge=LEAST_CHANGE_S, le=LAST_STAMP_S)] = Field(
@@ -219,8 +219,6 @@ class ClimateWeather(WeatherKind):
 
     def problems(self, rate_hz: float) -> Iterator[Problem]:
         """Yield the contradictions in the regions and the port."""
-        if not self.regions:
-            yield Problem('ship.weather.regions', ABSENT, 'is empty', 'Give at least one region.')
         for index, region in enumerate(self.regions):
             key = f'ship.weather.regions[{index}]'
             if index or region.at is not None:
