@@ -406,49 +406,44 @@ def cam_plate(
             ')',
         )
     outline = _edge('PLATE', arcs, slot, depth, 0.0)
-    centres = [0j, *(pin_circle * complex(math.cos(a), math.sin(a)) for a in PIN_ANGLES)]
-    sizes = [('bore_mm', bore), ('pins_mm', pins), ('pins_mm', pins)]
-    named = list(zip(centres, sizes, strict=True))
+    pin = [pin_circle * complex(math.cos(angle), math.sin(angle)) for angle in PIN_ANGLES]
+    holes = (
+        Circle('BORE', 0.0, 0.0, 0.5 * bore),
+        *(Circle('PIN', at.real, at.imag, 0.5 * pins) for at in pin),
+    )
     edge = outline.polygon(1e-3 * tip)
-    for at, (centre, (name, size)) in enumerate(named):
-        rooms = [
-            abs(centre - point) - 0.5 * wide
-            for away, (point, (_, wide)) in enumerate(named)
-            if away != at
-        ]
-        room = min(_room(centre, edge), *rooms) - WALL_MM
-        if not 0.5 * size <= room:
+    for hole in holes:
+        name, place = (
+            ('bore_mm', 'slot_mm') if hole.layer == 'BORE' else ('pins_mm', 'pin_circle_mm')
+        )
+        others = (
+            math.hypot(hole.x - other.x, hole.y - other.y) - other.radius
+            for other in holes
+            if other is not hole
+        )
+        room = min(_room(complex(hole.x, hole.y), edge), *others) - WALL_MM
+        size = f'{2.0 * hole.radius:.4g} mm'
+        if not hole.radius <= room:
             raise UsageError(
-                Argument(name, f'{size:.4g} mm', spaced=True),
-                f': the hole at ({centre.real:.4g}, {centre.imag:.4g}) mm would not leave '
-                f'{WALL_MM:g} mm of the plate about it. There is room for '
-                f'{max(2.0 * room, 0.0):.4g} mm. '
-                + ('Give a smaller hole' if room > 0.0 else 'Give another place')
-                + ': ',
-                Argument(name),
-                *(
-                    (', ', Argument('slot_mm'), ', or a thinner thread: ', Argument('thread_mm'))
-                    if name == 'bore_mm'
-                    else (', ', Argument('pin_circle_mm'))
-                ),
+                Argument(name, size, spaced=True),
+                f': the hole at ({hole.x:.4g}, {hole.y:.4g}) mm would not leave {WALL_MM:g} mm of '
+                f'the plate about it. There is room for {max(2.0 * room, 0.0):.4g} mm. '
+                f'Give {"a smaller hole" if room > 0.0 else "another place"}: ',
+                *(Argument(name), ', ', Argument(place)),
+                *((', or a thinner thread: ', Argument('thread_mm')) * (hole is holes[0])),
             )
-        if radius >= 0.5 * size:
+        if radius >= hole.radius:
             raise UsageError(
                 Argument('cutter_mm', f'{cutter_mm:g} mm', spaced=True),
-                f': does not cut a hole of {size:.4g} mm. Use a smaller cutter, or a larger ',
+                f': does not cut a hole of {size}. Use a smaller cutter, or a larger ',
                 Argument(name),
             )
-    holes = tuple(
-        Circle('BORE' if at == 0 else 'PIN', centre.real, centre.imag, 0.5 * size)
-        for at, (centre, (_, size)) in enumerate(named)
-    )
+    tool = tuple(hole._replace(layer='TOOL', radius=hole.radius - radius) for hole in holes)
     return Plate(
         outline,
         holes,
         _edge('TOOL', arcs, slot, depth, radius) if radius else None,
-        tuple(hole._replace(layer='TOOL', radius=hole.radius - radius) for hole in holes)
-        if radius
-        else (),
+        tool if radius else (),
         arcs,
         reach_rad,
         acts_from,

@@ -216,7 +216,12 @@ def outline_of(
     )
     written: list[Path] = []
     if plate is not None:
-        centres = [polyline('CENTRE', *_cross(hole)) for hole in plate.holes]
+        # a cross at the centre of each hole, as one line
+        arms = 1.6 * np.array([[-1.0, 1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0, -1.0]])
+        centres = [
+            polyline('CENTRE', hole.x + hole.radius * arms[0], hole.y + hole.radius * arms[1])
+            for hole in plate.holes
+        ]
         tool = () if plate.tool is None else (plate.tool,)
         drawing = Drawing(
             scene.name,
@@ -301,12 +306,6 @@ def plate_words(plate: Plate) -> list[str]:
     return words
 
 
-def _cross(hole: Circle) -> tuple[FloatArray, FloatArray]:
-    """Return a cross at the centre of a hole, as one line."""
-    arm = 1.6 * hole.radius * np.array([[-1.0, 1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0, -1.0]])
-    return hole.x + arm[0], hole.y + arm[1]
-
-
 def _checked_reach(scene: Scene, reach_rad: float | None, range_rad: float) -> float:
     """Return the given end of the cheeks within the range of the cam, or `cam_extent`."""
     reach = cam_extent(scene) if reach_rad is None else reach_rad
@@ -378,16 +377,11 @@ def _cheeks(
         lever = shape.theta(at), shape.lever_arm(at)
         rate = tip = MM_PER_M * shape.base_radius
         acts = f'{right.angle[0]:.6g} and {acts}'
-        place = (
-            'end B of the thread at rest, AB'
-            if getattr(trochlea.thread, 'arc', None) is None
-            else 'point of the arc touched by the thread at rest, of'
-        )
         words = [
-            f'base radius {rate:.6g} mm, drawn to {end:.6g} rad',
-            f'fulcrum level with the {place} {MM_PER_M * shape.arm:.6g} mm'
-            f'{", on the right" if shape.side < 0.0 else ""}, '
-            f'free thread {MM_PER_M * shape.length:.6g} mm',
+            f'base radius {rate:.6g} mm, drawn up to {end:.6g} rad',
+            f'fulcrum {MM_PER_M * shape.arm:.6g} mm from the thread at rest, on the '
+            f'{"right" if shape.side < 0.0 else "left"}, free thread '
+            f'{MM_PER_M * shape.length:.6g} mm',
         ]
     else:
         cam = shape
@@ -396,17 +390,9 @@ def _cheeks(
         lever = angle, cam.lever_arm(angle)
         rate, tip = (MM_PER_M * float(size) for size in (cam.lever_rate(0.0), cam.p(0.0)))
         hole, meeting = MM_PER_M * cam.hole_distance, cheeks_meet_rad(cam)
-        widest, wound = (
-            f'{MM_PER_M * float(length):.6g} mm'
-            for length in (cam.lever_arm(end), cam.arc_length(end))
-        )
         words = [
             f'{"base radius" if isinstance(cam, Involute) else "lever arm a radian, at rest"} '
-            f'{rate:.6g} mm, lever arm at {end:.6g} rad: {widest}',
-            'range of the cam '
-            + ('without end' if math.isinf(cam.range_rad) else f'{cam.range_rad:.6g} rad')
-            + f', drawn up to {end:.6g} rad',
-            f'length of thread wound at {end:.6g} rad: {wound}',
+            f'{rate:.6g} mm, drawn up to {end:.6g} rad',
             'thread vertical'
             if math.isinf(hole)
             else f'thread through a hole {hole:.6g} mm from the axle',
@@ -446,13 +432,8 @@ def _cheeks(
         above = hole
     lines.append(polyline('THREAD', np.zeros(2), np.array([tip, above])))
     backwards = slice(None, 0 if left.x[0] == right.x[0] else None, -1)
-    table = {
-        name: scale * np.concatenate([on_right[backwards], on_left])
-        for name, scale, on_right, on_left in zip(
-            ('angle_rad', 'x_mm', 'y_mm'), (1.0, MM_PER_M, MM_PER_M), right, left, strict=True
-        )
-    }
-    table['angle_rad'] = table.pop('angle_rad')  # the last column
+    angle, x, y = (np.concatenate([a[backwards], b]) for a, b in zip(right, left, strict=True))
+    table = {'x_mm': MM_PER_M * x, 'y_mm': MM_PER_M * y, 'angle_rad': angle}
     return outline, table, Drawing(scene.name, lines, circles, words)
 
 
@@ -570,18 +551,16 @@ viewBox="{left} {top} {width} {height}">
             document.layers.add(layer, color=7 if layer in CUT else 1 if layer == 'TOOL' else 5)
         document.layers.add('NOTES', color=5)
         space = document.modelspace()
-        if sagitta is None:
-            for line in self.lines:
+        for line in (*self.lines, *(ring.path for ring in self.circles if sagitta)):
+            layer = {'layer': line.layer}
+            if sagitta is None:
                 points = np.column_stack([line.x, line.y, line.bulge]).tolist()
-                layer = {'layer': line.layer}
                 space.add_lwpolyline(points, 'xyb', close=line.is_closed, dxfattribs=layer)
-            for c in self.circles:
-                space.add_circle((c.x, c.y), c.radius, dxfattribs={'layer': c.layer})
-        else:
-            for line in (*self.lines, *(ring.path for ring in self.circles)):
+            else:
                 points = np.column_stack(line.polygon(sagitta)).tolist()
-                layer = {'layer': line.layer}
                 space.add_polyline2d(points, close=line.is_closed, dxfattribs=layer)
+        for c in () if sagitta else self.circles:
+            space.add_circle((c.x, c.y), c.radius, dxfattribs={'layer': c.layer})
         for *place, text in self.notes:
             note = space.add_text(text, height=self.text_mm, dxfattribs={'layer': 'NOTES'})
             note.set_placement(place)
