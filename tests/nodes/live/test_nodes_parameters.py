@@ -37,7 +37,7 @@ GRAPH_ROLES = [
     [
         ('ship_motion', 'speed', -1.0, 'speed = -1.0: must lie in [0, 1e+06] s/s'),
         ('ship_motion', 'speed', math.nan, 'speed = nan: must lie in'),
-        ('ship_motion', 'speed', 2, 'speed = 2: is an integer, must be a double. Write 2.0'),
+        ('ship_motion', 'speed', 2, 'speed = 2: is of type integer, must be double. Write 2.0'),
         ('ship_motion', 'speed', 'fast', "speed = 'fast': is of type string, must be double"),
         (
             'ship_motion',

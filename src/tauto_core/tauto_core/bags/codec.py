@@ -11,7 +11,6 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from dataclasses import field as dataclass_field
 from functools import lru_cache
 from itertools import pairwise
 from typing import Any, TypeAlias
@@ -310,16 +309,36 @@ def decode_as(
 
     Errors name `origin`, for example the topic with its bag.
     """
-    message = MESSAGE_TYPES[ros_type]
-    collection = _Collection(message, origin, len(payloads))
+    message, n = MESSAGE_TYPES[ros_type], len(payloads)
+    values: dict[str, Any] = {}
     for where, layout in _groups(message, origin, payloads):
-        collection.put(where, layout)
-    if not payloads:
-        blank = scan(message, origin, _BLANK)
-        collection.put(np.arange(0), replace(blank, rows=blank.rows[:0]))
+        for field in message.fields:
+            name = field.sample
+            if field.shared:
+                text = layout.texts[name]
+                if values.setdefault(name, text) != text:
+                    raise _mixed(origin, field, repr(values[name]), repr(text))
+                continue
+            if field.kind == 'string':
+                values.setdefault(name, np.empty(n, object))[where] = layout.texts[name]
+                continue
+            rows = layout.rows
+            part = (
+                rows[f'{name}.sec'].astype(np.int64) * NS_PER_S + rows[f'{name}.nanosec']
+                if field.kind == 'time'
+                else rows[name]
+            )
+            native = part.dtype.newbyteorder('=')
+            if name not in values and len(part) == n:
+                values[name] = part.astype(native)
+                continue
+            array = values.setdefault(name, np.empty((n, *part.shape[1:]), native))
+            if array.shape[1:] != part.shape[1:]:
+                raise _mixed(origin, field, *_lengths(array, part))
+            array[where] = part
     if not message.stamped:
-        collection.values['stamp_ns'] = np.array(stamps_ns, np.int64)
-    samples = message.samples(**collection.values)
+        values['stamp_ns'] = np.array(stamps_ns, np.int64)
+    samples = message.samples(**values)
     if isinstance(samples, JointSamples) and payloads:
         names = len(samples.name)
         for what in ('position', 'velocity', 'effort'):
@@ -368,8 +387,12 @@ def _groups(
 
     After `_MOST_LAYOUTS` the rest is done one by one, which keeps the work proportional to n.
     """
-    if len(payloads) == 1:
-        yield np.arange(1), scan(message, origin, payloads[0])
+    if len(payloads) < 2:
+        layout = scan(message, origin, payloads[0] if payloads else _BLANK)
+        yield (
+            np.arange(len(payloads)),
+            layout if payloads else replace(layout, rows=layout.rows[:0]),
+        )
         return
     sizes = np.fromiter(map(len, payloads), np.int64, len(payloads))
     pending = np.arange(len(payloads))
@@ -388,43 +411,6 @@ def _groups(
         pending = np.delete(pending, alike[fits])
     for index in pending.tolist():
         yield np.array([index]), scan(message, origin, payloads[index])
-
-
-@dataclass(frozen=True)
-class _Collection:
-    """The fields of a batch of n samples, filled group by group."""
-
-    message: MessageType
-    origin: str
-    n: int
-    values: dict[str, Any] = dataclass_field(default_factory=dict)
-
-    def put(self, where: IntArray, layout: Layout) -> None:
-        """Take the payloads of one layout as the samples `where`."""
-        for field in self.message.fields:
-            name = field.sample
-            if field.shared:
-                text = layout.texts[name]
-                if self.values.setdefault(name, text) != text:
-                    raise _mixed(self.origin, field, repr(self.values[name]), repr(text))
-                continue
-            if field.kind == 'string':
-                texts = self.values.setdefault(name, np.empty(self.n, object))
-                texts[where] = layout.texts[name]
-                continue
-            if field.kind == 'time':
-                part = layout.rows[f'{name}.sec'].astype(np.int64) * NS_PER_S
-                part += layout.rows[f'{name}.nanosec'].astype(np.int64)
-            else:
-                part = layout.rows[name]
-            native = part.dtype.newbyteorder('=')
-            if name not in self.values and len(part) == self.n:
-                self.values[name] = part.astype(native)
-                continue
-            array = self.values.setdefault(name, np.empty((self.n, *part.shape[1:]), native))
-            if array.shape[1:] != part.shape[1:]:
-                raise _mixed(self.origin, field, *_lengths(array, part))
-            array[where] = part
 
 
 def _lengths(first: NDArray[Any], second: NDArray[Any]) -> tuple[str, str]:

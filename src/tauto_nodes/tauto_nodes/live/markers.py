@@ -36,9 +36,11 @@ RGB = {
     'orange': (0.9, 0.5, 0.1),
     'green': (0.2, 0.6, 0.3),
 }
-# half a deck of unit length, from the stem
-_DECK = ((0.5, 0.0), (0.35, 0.09), (0.1, 0.13), (-0.3, 0.12), (-0.5, 0.08), (-0.5, 0.0))
-_SHIP_M = 30.0
+# half a deck from the stem [m], and the outline of both halves
+_DECK = np.array(
+    [[15, 0, 0], [10.5, 2.7, 0], [3, 3.9, 0], [-9, 3.6, 0], [-15, 2.4, 0], [-15, 0, 0]]
+)
+_SHIP = np.concatenate([_DECK, _DECK[::-1] * [1.0, -1.0, 1.0]])
 
 
 def clock_points(line: Line, magnify: float) -> FloatArray:
@@ -48,13 +50,6 @@ def clock_points(line: Line, magnify: float) -> FloatArray:
     """
     x, y = np.asarray(line.x, float), np.asarray(line.y, float)
     return 1e-3 * magnify * np.column_stack((np.zeros_like(x), -x, y))
-
-
-def ship_points() -> FloatArray:
-    """Return the outline of the deck [m], shape (n, 3)."""
-    half = np.array(_DECK) * _SHIP_M
-    outline = np.concatenate([half, half[::-1] * [1.0, -1.0]])
-    return np.column_stack((outline, np.zeros(len(outline))))
 
 
 def marker(name: str, number: int, points: FloatArray, colour: str, width_m: float) -> Marker:
@@ -106,7 +101,7 @@ class MarkersNode(GraphNode):
         magnify = self.settings['magnify']
         width_m = 2e-3 * magnify
         self._turning: list[Marker] = []
-        self._fixed = [marker('ship', 0, ship_points(), 'grey', 0.1)]
+        self._fixed = [marker('ship', 0, _SHIP, 'grey', 0.1)]
         for number, part in enumerate(draw_machine(self.settings.scene()).parts):
             strip = marker(part.name, number, clock_points(part, magnify), part.colour, width_m)
             (self._turning if part.moves_with == 'wheel' else self._fixed).append(strip)

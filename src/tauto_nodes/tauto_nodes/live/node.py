@@ -81,17 +81,21 @@ def type_name(message: Any) -> str:
     return f'{message.__module__.partition(".")[0]}/msg/{message.__name__}'
 
 
+def profile_of(depth: int, *, reliable: bool, latched: bool) -> QoSProfile:
+    """Return a quality of service with KEEP_LAST."""
+    durability, reliability = QoSDurabilityPolicy, QoSReliabilityPolicy
+    return QoSProfile(
+        depth=depth,
+        reliability=reliability.RELIABLE if reliable else reliability.BEST_EFFORT,
+        durability=durability.TRANSIENT_LOCAL if latched else durability.VOLATILE,
+    )
+
+
 def port(topic: str, imu_reliability: str = 'reliable') -> TopicPort:
     """Return the port of a topic of the table. `imu_reliability` is for ship/imu."""
     entry = TOPICS[topic]
-    best_effort = topic == s.SHIP_IMU and imu_reliability == 'best_effort'
-    reliability = (
-        QoSReliabilityPolicy.BEST_EFFORT if best_effort else QoSReliabilityPolicy.RELIABLE
-    )
-    durability = (
-        QoSDurabilityPolicy.TRANSIENT_LOCAL if entry.latched else QoSDurabilityPolicy.VOLATILE
-    )
-    profile = QoSProfile(depth=entry.depth, reliability=reliability, durability=durability)
+    reliable = topic != s.SHIP_IMU or imu_reliability == 'reliable'
+    profile = profile_of(entry.depth, reliable=reliable, latched=entry.latched)
     return TopicPort(topic, message_class(entry.ros_type), profile)
 
 
@@ -515,8 +519,16 @@ class GraphNode(Node):
             count = source.subscription.get_publisher_count()
             if count != source.matched:
                 source.matched, source.last_s = count, time.monotonic()
-                if count > 1 and not (source.is_shared or source.is_signed):
-                    self._several_sources(topic)
+                if count < 2 or source.is_shared or source.is_signed:
+                    continue
+                words = f'{topic}: more than one publisher ({self.sources_of(topic)})'
+                if self.flow is None:
+                    self.get_logger().warning(
+                        f'{words}. Their messages are mixed. Stop all but one'
+                    )
+                else:
+                    remedy = 'Stop the other, or give the graph a namespace or a ROS_DOMAIN_ID'
+                    self.fail(NodesError(f'{words}, and credits know one source only. {remedy}'))
         for output in self.outputs.values():
             output.look()
 
@@ -524,18 +536,6 @@ class GraphNode(Node):
         """Return the names of the nodes that publish on an input's topic."""
         name = self.inputs[topic].subscription.topic_name
         return ', '.join(sorted(map(node_of, self.get_publishers_info_by_topic(name))))
-
-    def _several_sources(self, topic: str) -> None:
-        words = f'{topic}: more than one publisher ({self.sources_of(topic)})'
-        if self.flow is None:
-            self.get_logger().warning(f'{words}. Their messages are mixed. Stop all but one')
-        else:
-            self.fail(
-                NodesError(
-                    f'{words}. With flow_control = credits a topic has one source only. Stop the '
-                    'other, or give the graph a namespace or a ROS_DOMAIN_ID of its own'
-                )
-            )
 
     # In.
 

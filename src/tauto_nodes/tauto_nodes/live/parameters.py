@@ -427,13 +427,11 @@ def _problems(role: str, overrides: Mapping[str, RosParameter]) -> Iterable[str]
                 yield f'{name}: no such parameter of {role}. The nearest is {near}'
             continue
         expected, found = table[name].type, _ROS_TYPES.get(given.type_, given.type_.name.lower())
-        if expected == 'double' and found == 'integer':
-            yield (
-                f'{name} = {given.value}: is an integer, must be a double. '
-                f'Write {float(given.value)!r}'
+        if expected != found:
+            remedy = (
+                f'. Write {given.value}.0' if (expected, found) == ('double', 'integer') else ''
             )
-        elif expected != found:
-            yield f'{name} = {given.value!r}: is of type {found}, must be {expected}'
+            yield f'{name} = {given.value!r}: is of type {found}, must be {expected}{remedy}'
         elif problem := table[name].problem(given.value):
             yield problem
     for parameter in table.values():

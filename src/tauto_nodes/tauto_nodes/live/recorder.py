@@ -17,7 +17,7 @@ from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
-from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
+from rclpy.qos import QoSDurabilityPolicy, QoSReliabilityPolicy
 
 from tauto_core import samples as s
 from tauto_core.bags import TOPICS, BagWriter, encode, header_stamp_ns
@@ -36,6 +36,7 @@ from tauto_nodes.live.node import (
     TopicPort,
     message_class,
     port,
+    profile_of,
 )
 from tauto_nodes.live.parameters import NodeSettings
 
@@ -237,15 +238,7 @@ class RecorderNode(GraphNode):
             offered = [info.qos_profile for info in infos]
             reliable = all(q.reliability == QoSReliabilityPolicy.RELIABLE for q in offered)
             latched = all(q.durability == QoSDurabilityPolicy.TRANSIENT_LOCAL for q in offered)
-            profile = QoSProfile(
-                depth=MIN_DEPTH,
-                reliability=QoSReliabilityPolicy.RELIABLE
-                if reliable
-                else QoSReliabilityPolicy.BEST_EFFORT,
-                durability=QoSDurabilityPolicy.TRANSIENT_LOCAL
-                if latched
-                else QoSDurabilityPolicy.VOLATILE,
-            )
+            profile = profile_of(MIN_DEPTH, reliable=reliable, latched=latched)
             try:
                 message = message_class(infos[0].topic_type)
                 declared = declared_topic(name, infos[0].topic_type, MIN_DEPTH, latched=latched)
