@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from tauto_core.scene import Scene, SceneError, parse_scene, scene_yaml
-from tauto_core.scene.sections import Solver
 from tauto_core.scene.times import nanoseconds
 from tauto_core.ship.motions import StillShip
 
@@ -61,13 +60,6 @@ def test_recoil_past_the_middle_drives_without_an_impulse() -> None:
     for angle, recoil in ((0.0, 1e-3), (-0.2, 1e-3), (0.2, 0.0)):
         with pytest.raises(SceneError, match=r'escapement\.energy = 0\.0: must be greater than 0'):
             parse_scene(SHORTEST + text.format(angle, recoil), 's')
-
-
-@pytest.mark.parametrize('tolerance', [1e-15, 1e-12, 1e-3])
-def test_a_tolerance_is_kept_up_to_both_limits(tolerance: float) -> None:
-    scene = parse_scene(SHORTEST + f'solver: {{tolerance: {tolerance!r}}}\n', 's')
-    assert scene.solver == Solver(tolerance=tolerance)
-    assert parse_scene(scene_yaml(scene), 'bag') == scene
 
 
 def test_a_scene_without_a_solver_is_written_without_one() -> None:
@@ -151,15 +143,6 @@ def test_yaml_numbers_are_those_of_yaml_1_2() -> None:
     assert parse_scene(SHORTEST + 'seed: 0o17\n', 's').seed == 15
     for name in ('yes', '1:30', '2026-11-21', 'off'):
         assert parse_scene(SHORTEST + f'name: {name}\n', 's').name == name
-
-
-def test_jonswap_has_its_usual_peak() -> None:
-    sea = 'significant_wave_height: 2, peak_period: 9'
-    roll = 'roll: {natural_period: 11, damping_ratio: 0.1, slope_coefficient: 0.7}'
-    text = SHORTEST + 'ship: {kind: sea, sea: {spectrum: jonswap, ' + sea + '}, ' + roll + '}'
-    ship = parse_scene(text, 's').ship
-    assert ship.kind == 'sea'
-    assert (ship.sea.gamma, ship.sea.components, ship.heave) == (3.3, 64, False)
 
 
 def test_scenes_are_frozen_and_checked_from_python_too() -> None:

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
 from jsonschema import Draft202012Validator
@@ -16,7 +13,7 @@ from typer.testing import CliRunner
 import tauto_core
 from tauto_core.cli.app import ENTRIES, app
 from tauto_core.ensembles.fleets import as_draws
-from tauto_core.scene import Scene, SceneError, load_scene, parse_scene, scene_yaml
+from tauto_core.scene import SceneError, load_scene, parse_scene, scene_yaml
 from tauto_core.scene.reference import schema
 from tauto_core.scene.sections import LogFile
 from tauto_core.scene.units import in_unit, misfit
@@ -37,36 +34,25 @@ NUMBERS = {
     # text, unit of the key: the number, by the definitions of the units
     ('5 mm', 'm'): 0.005,
     ('5mm', 'm'): 0.005,
-    ('1e3 mm', 'm'): 1.0,
     ('9.3 mm', 'm'): 0.0093,  # 9.3 times 0.001 rounds to another number
-    ('25 ft', 'm'): 7.62,
     ('1 inch', 'm'): 0.0254,
-    ('30 nmi', 'm'): 55560.0,
     ('1 scruple', 'm'): 0.00031385,
     ('12 paris_line', 'm'): 0.02707,
     ('12 kn', 'm/s'): 12 * 1852 / 3600,
-    ('36 km/h', 'm/s'): 10.0,
     ('10 min', 's'): 600.0,
-    ('2 days', 'h'): 48.0,
     ('36 h', 'days'): 1.5,
     ('1 min/day', 's/day'): 60.0,
     ('60 deg', 'rad'): math.radians(60.0),
-    ('-3 deg', 'rad'): math.radians(-3.0),
     ('−3°', 'rad'): math.radians(-3.0),
-    ('77.7 deg', 'rad'): math.radians(77.7),
     ('1 turn', 'rad'): math.tau,
     ('30 arcmin', 'deg'): 0.5,
     ('1 rad', 'deg'): math.degrees(1.0),
-    ('0.5 deg/s', 'rad/s'): math.radians(0.5),
     ('20 degC', '°C'): 20.0,
     ('68 degF', '°C'): 20.0,
     ('0 K', '°C'): -273.15,
-    ('5 K', 'K'): 5.0,
     ('4 kg cm2', 'kg m2'): 4e-4,
     ('4 kg·cm²', 'kg m2'): 4e-4,
-    ('0.2 N/mm', 'N/m'): 200.0,
     ('0.9 g/cm3', 'kg/m3'): 900.0,
-    ('1 uJ', 'J'): 1e-6,
     ('-10.7 s/day/K', 's/day/K'): -10.7,
     ('1e-999 m', 'm'): 0.0,
 }
@@ -82,17 +68,12 @@ def test_a_text_is_the_number_in_the_unit_that_is_asked(text: str, unit: str) ->
     ('text', 'unit', 'problem', 'remedy'),
     [
         ('5 min', 'm', 'must be a length [m], not a time', 'mm, cm'),
-        ('5 m m', 'm', 'must be a length [m], not an area', 'mm, cm'),
         ('1 g', 'm/s2', 'must be an acceleration [m/s2], not a mass', 'm/s2'),
-        ('60 deg', 'm', 'must be a length [m], not an angle', 'mm, cm'),
-        ('1 rad/s', 'Hz', 'must be a frequency [Hz], not a number in rad/s', 'mHz'),
         ('20 degC', 'K', 'must be a difference of temperatures [K], not a temperature', 'K.'),
         ('5 nm', 'm', "'nm' is not a known unit; did you mean nmi?", 'nmi'),
-        ('5 flobs', 's', "'flobs' is not a known unit", 'min'),
         ('5 degC m', 'm', "'degC m' is not a known unit", 'mm'),
         ('5 m/s s', 'm', "'m/s s' is not a known unit", 'mm'),
         ('5e mm', 'm', "'e mm' is not a known unit; did you mean mm?", 'mm'),
-        ('5 m99', 'm', "'m99' is not a known unit; did you mean m?", 'mm'),
         ('5,5 mm', 'm', 'has a decimal comma', 'Write 5.5 mm.'),
         ('1e999 m', 'm', 'is too large for a number in m', 'm'),
     ],
@@ -131,7 +112,7 @@ def test_a_scene_in_words_is_the_scene_in_numbers() -> None:
 
 def test_lists_and_places_have_units_too() -> None:
     scene = tauto_core.load(
-        'portsmouth_jamaica',
+        'measured',
         **{'voyage.departure': ['50.79 deg', '-66.6 arcmin'], 'voyage.arrives_at': '76 d'},
     )
     assert scene.voyage is not None
@@ -289,18 +270,3 @@ def test_what_a_fleet_draws_is_in_the_unit_of_the_key() -> None:
     ):
         with pytest.raises(SceneError, match=problem):
             as_draws({key: {'kind': 'normal', 'sigma': sigma}}, 'vary', scene)
-
-
-def test_a_scene_without_words_asks_for_no_unit() -> None:
-    """The units are looked up when a text stands for a number, and then alone."""
-    program = (
-        'import sys; from tauto_core.scene import load_scene, units\n'
-        "load_scene('measured'); assert units.unit_table.cache_info().misses == 0\n"
-        "load_scene('measured', duration='1 min'); assert units.unit_table.cache_info().misses\n"
-    )
-    subprocess.run([sys.executable, '-c', program], check=True, cwd=Path(__file__).parent)
-
-
-def test_the_scene_itself_has_numbers() -> None:
-    scene: Scene = parse_scene(SCENE, 'words')
-    assert isinstance(scene.duration, float)

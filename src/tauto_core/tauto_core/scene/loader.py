@@ -1,7 +1,7 @@
 """The whole scene: the model, reading from names, files and YAML 1.2 text, and writing.
 
 Numbers are in SI units and radians. Sections that are `None` are not simulated. `Scene` has the
-rules that connect several sections.
+rules that connect several sections, and those of its times.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ import errno
 import math
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from decimal import Decimal
 from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any, cast
@@ -27,7 +28,7 @@ from tauto_core.machines.axle_pendulum import AxleRegulator
 from tauto_core.machines.parts import DRAGS, ESCAPEMENTS, DragKind, EscapementKind
 from tauto_core.machines.sections import FluidTautochroneRegulator, Trochlea
 from tauto_core.scene.errors import ABSENT, Problem, SceneError, UsageError, problems_where
-from tauto_core.scene.refuse import NO_KEY, SECTIONS, explain, out_of_proportion, time_problems
+from tauto_core.scene.refuse import NO_KEY, SECTIONS, explain, out_of_proportion
 from tauto_core.scene.sections import (
     ACCURACY,
     Clock,
@@ -46,7 +47,18 @@ from tauto_core.scene.sections import (
     log_of_voyage,
 )
 from tauto_core.scene.tables import is_shipped, missing_file, read_data
-from tauto_core.scene.times import DAY_S, LOOKAHEAD, STANDARD_GRAVITY, nanoseconds, step_of_rate
+from tauto_core.scene.times import (
+    DAY_S,
+    LAST_STAMP_S,
+    LOOKAHEAD,
+    MAX_GAP_S,
+    NS_PER_S,
+    STANDARD_GRAVITY,
+    exact_nanoseconds,
+    exact_step,
+    nanoseconds,
+    step_of_rate,
+)
 from tauto_core.scene.units import declared, in_unit
 from tauto_core.ship.airs import FOLDER as AIRS
 from tauto_core.ship.airs import AirKind, RecordAir
@@ -253,20 +265,7 @@ class Scene(Section):
         yield from out_of_proportion(self.model_dump(include=set(SECTIONS)))
         yield from self._regulator_problems()
         lunars = self.drift.lunars
-        yield from time_problems(
-            self.starts_at,
-            self.log.interval,
-            {
-                'duration': self.duration,
-                'drift.observation_interval': self.drift.observation_interval,
-                **({} if lunars is None else {'drift.lunars.interval': lunars.interval}),
-            },
-            self.ship.rate,
-            shortest_wave_s=self.ship.shortest_wave_s,
-            step_ns=self.step_ns,
-            overrun=self._lookahead,
-            still=self.lies_still,
-        )
+        yield from _time_problems(self)
         yield from self.ship.problems()
         yield from self.drift.problems()
         yield from self._suspension_problems()
@@ -384,6 +383,121 @@ def _since_midnight(log: VoyageLog) -> float:
     begins = log.begins
     midnight = begins.replace(hour=0, minute=0, second=0, microsecond=0)
     return ((begins - midnight).total_seconds() - log.harbour_days * DAY_S) % DAY_S
+
+
+# -----------------------------------------------------------------------------
+# Times of a scene: whole nanoseconds, and intervals that divide each other.
+
+# most divisors tried in the search for a log interval
+_MOST_TRIED = 100_000
+
+
+def _time_problems(scene: Scene) -> Iterator[Problem]:
+    """Yield the problems of the times of a scene."""
+    interval, lunars, overrun = scene.log.interval, scene.drift.lunars, scene._lookahead
+    lengths = {
+        'duration': scene.duration,
+        'drift.observation_interval': scene.drift.observation_interval,
+        **({} if lunars is None else {'drift.lunars.interval': lunars.interval}),
+    }
+    times = {'starts_at': scene.starts_at, 'log.interval': interval, **lengths}
+    problems = [
+        Problem(key, value, 'is not a whole number of nanoseconds', 'Round it to nine decimals.')
+        for key, value in times.items()
+        if exact_nanoseconds(value).denominator != 1
+    ]
+    if not scene.lies_still:
+        problems += _rate_problems(scene.ship.rate, interval, scene.ship.shortest_wave_s)
+    if problems:
+        yield from problems
+        return
+    yield from _log_grid(
+        interval, lengths, 1 if scene.lies_still else scene.step_ns, scene.ship.rate
+    )
+    end_ns = scene.starts_at_ns + scene.duration_ns + overrun * scene.step_ns
+    if end_ns > LAST_STAMP_S * NS_PER_S:
+        yield Problem(
+            'duration',
+            scene.duration,
+            f'with {overrun} steps beyond the end the last stamp is '
+            f'{Decimal(end_ns) / NS_PER_S:.12g} s; ROS stamps end at {LAST_STAMP_S} s',
+            'Shorten it, or let starts_at be earlier.',
+        )
+
+
+def _rate_problems(rate: float, interval: float, shortest_wave_s: float) -> Iterator[Problem]:
+    """Return the problem of a sampling rate: its steps are too long, or not whole nanoseconds."""
+    step, least_hz = exact_step(rate), 2.0 / shortest_wave_s
+    common = (1.0, 2.0, 4.0, 5.0, 8.0, 10.0, 12.5, 16.0, 20.0, 25.0, 32.0, 40.0, 50.0)
+    fast = (64.0, 80.0, 100.0, 125.0, 128.0, 160.0, 200.0, 250.0, 400.0, 500.0, 1000.0)
+    enough = [hz for hz in (*common, *fast) if hz > least_hz] or [fast[-1]]
+    fitting = [hz for hz in enough if nanoseconds(interval) % exact_step(hz) == 0]
+    near = min(fitting or enough, key=lambda hz: abs(math.log(hz / rate)))
+    works = f'{1.0 / MAX_GAP_S!r} Hz or more'
+    if least_hz >= 1.0 / MAX_GAP_S:
+        works = f'more than {least_hz:.6g} Hz, two samples in a wave of {shortest_wave_s!r} s'
+    return problems_where(
+        (
+            step.denominator != 1 or step < 1,
+            'ship.rate',
+            rate,
+            f'makes steps of {float(step):.12g} ns, which must be whole nanoseconds',
+            f'Use a rate that divides 1e9, for example {near} Hz.',
+        ),
+        (
+            step.denominator == 1 and step > MAX_GAP_S * NS_PER_S,
+            'ship.rate',
+            rate,
+            f'leaves {float(step) / NS_PER_S:.6g} s between samples of the motion; at most '
+            f'{MAX_GAP_S:g} s are interpolated',
+            f'Use {works}.',
+        ),
+    )
+
+
+def _log_grid(
+    interval: float, lengths: Mapping[str, float], step_ns: int, rate: float
+) -> Iterator[Problem]:
+    """Yield the times that are not multiples of log.interval, or the interval if all are not."""
+    interval_ns = nanoseconds(interval)
+    odd = {key: value for key, value in lengths.items() if nanoseconds(value) % interval_ns}
+    off_steps = interval_ns % step_ns
+    # lengths in whole seconds fit the default log interval
+    if off_steps or (odd == lengths and all(size.is_integer() for size in lengths.values())):
+        text = f'is not a whole number of steps of {_digits(step_ns)} s (ship.rate {rate!r} Hz)'
+        words = ', nor '.join(f'{key}, {value!r} s' for key, value in lengths.items())
+        yield Problem(
+            'log.interval',
+            interval,
+            text if off_steps else f'does not divide {words}',
+            f'Use {_fitting(interval_ns, step_ns, map(nanoseconds, lengths.values()))}.',
+        )
+        return
+    for key, value in odd.items():
+        yield Problem(
+            key,
+            value,
+            f'is not a whole number of log intervals (log.interval {interval!r} s)',
+            f'Use {_multiple(nanoseconds(value), interval_ns)}, or change log.interval.',
+        )
+
+
+def _fitting(interval_ns: int, step_ns: int, lengths_ns: Iterable[int]) -> str:
+    """Return the nearest shorter log interval in whole steps that divides all lengths, if any."""
+    steps, remainder = divmod(math.gcd(*lengths_ns), step_ns)
+    fewest = math.ceil(steps * step_ns / interval_ns)
+    parts = (n for n in range(fewest, fewest + _MOST_TRIED) if n and steps % n == 0)
+    n = None if remainder else next(parts, None)
+    return f'{_digits(steps // n * step_ns)} s' if n else _multiple(interval_ns, step_ns)
+
+
+def _multiple(value_ns: int, grid_ns: int) -> str:
+    below = value_ns // grid_ns * grid_ns
+    return ' or '.join(_digits(ns) for ns in (below, below + grid_ns) if ns) + ' s'
+
+
+def _digits(length_ns: int) -> str:
+    return f'{Decimal(length_ns) / NS_PER_S:.15g}'
 
 
 # -----------------------------------------------------------------------------

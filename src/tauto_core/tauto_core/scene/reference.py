@@ -151,32 +151,24 @@ def _of_model(title: str, model: type[BaseModel], leave_out: Set[str] = frozense
 
 
 def _rows(model: type[BaseModel]) -> dict[str, str]:
-    return {
-        name: f'| `{name}` | {_default(field)} | {_meaning(name, field)} |'
-        for name, field in model.model_fields.items()
-        if not field.exclude
-    }
+    """Return the row of each key: its default and its meaning."""
+    rows = {}
+    for name, field in model.model_fields.items():
+        default = '' if field.is_required() else f'`{field.default!r}`'
+        if field.default is None:
+            default = 'left out'
+        elif isinstance(field.default, Section):
+            default = f'`{field.default.model_dump(mode="json", exclude_none=True)}`'
+        meaning = (field.description or '').replace('|', '\\|')
+        if name == 'kind' and not meaning:
+            meaning = f'{field.default}'
+        if not field.exclude:
+            rows[name] = f'| `{name}` | {default} | {meaning} |'
+    return rows
 
 
 def _table(rows: Mapping[str, str]) -> list[str]:
     return ['| key | default | meaning |', '|---|---|---|', *rows.values(), ''] if rows else []
-
-
-def _default(field: FieldInfo) -> str:
-    if field.is_required():
-        return ''
-    value = field.default
-    if value is None:
-        return 'left out'
-    if isinstance(value, Section):
-        return f'`{value.model_dump(mode="json", exclude_none=True)}`'
-    return f'`{value!r}`'
-
-
-def _meaning(name: str, field: FieldInfo) -> str:
-    if name == 'kind' and not field.description:
-        return f'{field.default}'
-    return (field.description or '').replace('|', '\\|')
 
 
 # -----------------------------------------------------------------------------

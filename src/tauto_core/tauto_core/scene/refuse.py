@@ -1,28 +1,19 @@
-"""Errors of a scene: pydantic's errors in words of scenes, limits of numbers, rules of times."""
+"""Errors of a scene: pydantic's errors in words of scenes, limits of numbers."""
 
 from __future__ import annotations
 
 import difflib
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping
-from decimal import Decimal
+from collections.abc import Iterator, Mapping
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import ErrorDetails
 
-from tauto_core.scene.errors import ABSENT, Problem, problems_where
+from tauto_core.scene.errors import ABSENT, Problem
 from tauto_core.scene.sections import KindIn
-from tauto_core.scene.times import (
-    LAST_STAMP_S,
-    MAX_GAP_S,
-    NS_PER_S,
-    exact_nanoseconds,
-    exact_step,
-    nanoseconds,
-)
 from tauto_core.scene.units import NUMBER, declared, misfit
 
 # -----------------------------------------------------------------------------
@@ -303,131 +294,3 @@ def _numbers(path: str, content: object) -> Iterator[tuple[str, float]]:
             yield from _numbers(f'{path}[{index}]', value)
     elif isinstance(content, float):
         yield path, content
-
-
-# -----------------------------------------------------------------------------
-# Times of a scene: whole nanoseconds, and intervals that divide each other.
-
-# most divisors tried in the search for a log interval
-_MOST_TRIED = 100_000
-
-
-def time_problems(
-    starts_at: float,
-    interval: float,
-    lengths: Mapping[str, float],
-    rate: float,
-    *,
-    shortest_wave_s: float,
-    step_ns: int,
-    overrun: int,
-    still: bool,
-) -> Iterator[Problem]:
-    """Yield the problems of the times of a scene.
-
-    Args:
-        starts_at: stamp of the first sample [s].
-        interval: time between logged samples [s].
-        lengths: duration and other times by their keys, which the interval must divide [s].
-        rate: sampling rate of the ship's motion [Hz].
-        shortest_wave_s: shortest period of the given waves [s], inf without waves.
-        step_ns: time between samples of the ship's motion [ns].
-        overrun: number of steps beyond the end.
-        still: whether the forcing is constant, and the rate unused.
-    """
-    times = {'starts_at': starts_at, 'log.interval': interval, **lengths}
-    problems = [
-        Problem(key, value, 'is not a whole number of nanoseconds', 'Round it to nine decimals.')
-        for key, value in times.items()
-        if exact_nanoseconds(value).denominator != 1
-    ]
-    if not still:
-        problems += _rate_problems(rate, interval, shortest_wave_s)
-    if problems:
-        yield from problems
-        return
-    yield from _log_grid(interval, lengths, 1 if still else step_ns, rate)
-    end_ns = nanoseconds(starts_at) + nanoseconds(lengths['duration']) + overrun * step_ns
-    if end_ns > LAST_STAMP_S * 10**9:
-        yield Problem(
-            'duration',
-            lengths['duration'],
-            f'with {overrun} steps beyond the end the last stamp is '
-            f'{Decimal(end_ns) / 10**9:.12g} s; ROS stamps end at {LAST_STAMP_S} s',
-            'Shorten it, or let starts_at be earlier.',
-        )
-
-
-def _rate_problems(rate: float, interval: float, shortest_wave_s: float) -> Iterator[Problem]:
-    """Return the problem of a sampling rate: its steps are too long, or not whole nanoseconds."""
-    step, least_hz = exact_step(rate), 2.0 / shortest_wave_s
-    common = (1.0, 2.0, 4.0, 5.0, 8.0, 10.0, 12.5, 16.0, 20.0, 25.0, 32.0, 40.0, 50.0)
-    fast = (64.0, 80.0, 100.0, 125.0, 128.0, 160.0, 200.0, 250.0, 400.0, 500.0, 1000.0)
-    enough = [hz for hz in (*common, *fast) if hz > least_hz] or [fast[-1]]
-    fitting = [hz for hz in enough if nanoseconds(interval) % exact_step(hz) == 0]
-    near = min(fitting or enough, key=lambda hz: abs(math.log(hz / rate)))
-    works = f'{1.0 / MAX_GAP_S!r} Hz or more'
-    if least_hz >= 1.0 / MAX_GAP_S:
-        works = f'more than {least_hz:.6g} Hz, two samples in a wave of {shortest_wave_s!r} s'
-    return problems_where(
-        (
-            step.denominator != 1 or step < 1,
-            'ship.rate',
-            rate,
-            f'makes steps of {float(step):.12g} ns, which must be whole nanoseconds',
-            f'Use a rate that divides 1e9, for example {near} Hz.',
-        ),
-        (
-            step.denominator == 1 and step > MAX_GAP_S * NS_PER_S,
-            'ship.rate',
-            rate,
-            f'leaves {float(step) / NS_PER_S:.6g} s between samples of the motion; at most '
-            f'{MAX_GAP_S:g} s are interpolated',
-            f'Use {works}.',
-        ),
-    )
-
-
-def _log_grid(
-    interval: float, lengths: Mapping[str, float], step_ns: int, rate: float
-) -> Iterator[Problem]:
-    """Yield the times that are not multiples of log.interval, or the interval if all are not."""
-    interval_ns = nanoseconds(interval)
-    odd = {key: value for key, value in lengths.items() if nanoseconds(value) % interval_ns}
-    off_steps = interval_ns % step_ns
-    # lengths in whole seconds fit the default log interval
-    if off_steps or (odd == lengths and all(size.is_integer() for size in lengths.values())):
-        text = f'is not a whole number of steps of {_digits(step_ns)} s (ship.rate {rate!r} Hz)'
-        words = ', nor '.join(f'{key}, {value!r} s' for key, value in lengths.items())
-        yield Problem(
-            'log.interval',
-            interval,
-            text if off_steps else f'does not divide {words}',
-            f'Use {_fitting(interval_ns, step_ns, map(nanoseconds, lengths.values()))}.',
-        )
-        return
-    for key, value in odd.items():
-        yield Problem(
-            key,
-            value,
-            f'is not a whole number of log intervals (log.interval {interval!r} s)',
-            f'Use {_multiple(nanoseconds(value), interval_ns)}, or change log.interval.',
-        )
-
-
-def _fitting(interval_ns: int, step_ns: int, lengths_ns: Iterable[int]) -> str:
-    """Return the nearest shorter log interval in whole steps that divides all lengths, if any."""
-    steps, remainder = divmod(math.gcd(*lengths_ns), step_ns)
-    fewest = math.ceil(steps * step_ns / interval_ns)
-    parts = (n for n in range(fewest, fewest + _MOST_TRIED) if n and steps % n == 0)
-    n = None if remainder else next(parts, None)
-    return f'{_digits(steps // n * step_ns)} s' if n else _multiple(interval_ns, step_ns)
-
-
-def _multiple(value_ns: int, grid_ns: int) -> str:
-    below = value_ns // grid_ns * grid_ns
-    return ' or '.join(_digits(ns) for ns in (below, below + grid_ns) if ns) + ' s'
-
-
-def _digits(length_ns: int) -> str:
-    return f'{Decimal(length_ns) / 10**9:.15g}'

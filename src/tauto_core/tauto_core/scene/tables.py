@@ -93,29 +93,28 @@ def missing_file(
 
     `folders` allows a folder (a bag), `any_size` a file of any size.
     """
-    shipped = f'Built-in data: {", ".join(shipped_data())}.'
+    problem, remedy = '', "Give a path from the scene's folder, or an absolute one."
+    if is_shipped(path):
+        remedy = f'Built-in data: {", ".join(shipped_data())}.'
     try:
         file = data_path(path)
-    except UsageError:
-        return [Problem(key, path, 'must stay within the built-in data', shipped)]
-    remedy = (
-        shipped if is_shipped(path) else "Give a path from the scene's folder, or an absolute one."
-    )
-    try:
         file.stat()
+    except UsageError:
+        problem = 'must stay within the built-in data'
     except (FileNotFoundError, NotADirectoryError):
-        return [Problem(key, path, 'there is no such file', remedy)]
+        problem = 'there is no such file'
     except (OSError, ValueError) as error:
         problem = f'cannot be read: {getattr(error, "strerror", None) or error}'
-        return [Problem(key, path, problem, remedy)]
-    if file.is_dir() and not folders:
-        bag = '; for a bag give ship.recorded.topic' if key == 'ship.recorded.path' else ''
-        remedy = f'Name the file in it{bag}.'
-        return [Problem(key, path, 'is a folder', remedy)]
-    if not os.access(file, os.R_OK):
-        return [Problem(key, path, 'cannot be read: no permission', 'Make it readable.')]
-    reason = why_unreadable(file, bag=folders or any_size)
-    return [Problem(key, path, reason, 'Name another file.')] if reason else []
+    else:
+        if file.is_dir() and not folders:
+            bag = '; for a bag give ship.recorded.topic' if key == 'ship.recorded.path' else ''
+            problem, remedy = 'is a folder', f'Name the file in it{bag}.'
+        elif not os.access(file, os.R_OK):
+            problem, remedy = 'cannot be read: no permission', 'Make it readable.'
+        else:
+            problem = why_unreadable(file, bag=folders or any_size)
+            remedy = 'Name another file.'
+    return [Problem(key, path, problem, remedy)] if problem else []
 
 
 def why_unreadable(file: Path, *, bag: bool = False) -> str:
