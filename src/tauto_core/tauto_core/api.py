@@ -54,78 +54,45 @@ Range: TypeAlias = str | tuple[float | str, float | str]
 Progress: TypeAlias = Callable[[float], None]
 Counting: TypeAlias = Callable[[float, int], None]
 
+_GONE: list[tuple[str, str, list[str | Argument]]] = [
+    (
+        *('smooth', 'replay'),
+        [
+            'no drift in hindsight is estimated any more. Use the estimate at the end, `drift` of '
+            'the result, which knows all observations'
+        ],
+    ),
+    ('plot', 'replay', ['the stability is drawn by `plot`. Use that, with `stability`']),
+    (
+        *('scheduler', 'fleet'),
+        ['is no more. Use ', Argument('jobs'), ', or other seeds on other machines'],
+    ),
+    ('tool_mm', 'cam', ['is no longer compared. A plate names its holes']),
+    ('template', 'cam', ['is no longer written. Use ', Argument('svg')]),
+    (
+        *('wind_draws hull_draws', 'fleet'),
+        ['a trial sails each passage once. Draw a hull or a sea with ', Argument('vary')],
+    ),
+    ('port ocean', 'fleet', ['choose passages by ', Argument('years')]),
+    ('local_time_s', 'fleet', ['is not added any more. 4 s are a minute of longitude']),
+    (
+        *('logs passage harbour_days', 'compare'),
+        [
+            *('sail it as a trial with ', Argument('compare'), ', or give the scene of a passage'),
+            *(' (`tauto logbook`) as ', Argument('ship_of')),
+        ],
+    ),
+    ('page', 'euler', ['is no longer written. Use ', Argument('site')]),
+    (
+        *('length_unit weight_unit', 'design'),
+        ['write the unit behind the number, as in ', Argument('pull', '3N')],
+    ),
+    ('file', 'trial', ['is not an argument. Use ', Argument('plot')]),
+]
 GONE = {
-    'smooth': (
-        'replay',
-        ArgumentText(
-            ': no drift in hindsight is estimated any more. Use the estimate at the end, `drift` '
-            'of the result, which knows all observations'
-        ),
-    ),
-    'plot': (
-        'replay',
-        ArgumentText(
-            ': the stability is drawn by `plot`. Use that, with `stability` for what is drawn'
-        ),
-    ),
-    'scheduler': (
-        'fleet',
-        ArgumentText(
-            ': no dask cluster is used any more. Use ',
-            Argument('jobs'),
-            ', or give fleets on several machines different seeds',
-        ),
-    ),
-    'tool_mm': ('cam', ArgumentText(': is no longer compared. A plate names its holes')),
-    'template': (
-        'cam',
-        ArgumentText(': is no longer written. Use ', Argument('svg'), ', which prints to scale'),
-    ),
-    **dict.fromkeys(
-        ('wind_draws', 'hull_draws'),
-        (
-            'fleet',
-            ArgumentText(
-                ': a trial sails each passage once, as logged. Draw a hull or a sea for a fleet '
-                'with ',
-                Argument('vary'),
-            ),
-        ),
-    ),
-    **dict.fromkeys(
-        ('port', 'ocean'), ('fleet', ArgumentText(': choose passages by ', Argument('years')))
-    ),
-    'local_time_s': (
-        'fleet',
-        ArgumentText(
-            ': an error of local time is not added any more. It is a minute of arc of longitude '
-            'for each 4 s'
-        ),
-    ),
-    **dict.fromkeys(
-        ('logs', 'passage', 'harbour_days'),
-        (
-            'compare',
-            ArgumentText(
-                ': clocks sail no log-book here any more. Use a trial with ',
-                Argument('compare'),
-                ', or give the scene of a passage (`tauto logbook`) as ',
-                Argument('ship_of'),
-            ),
-        ),
-    ),
-    'page': (
-        'euler',
-        ArgumentText(': is no longer written. Use ', Argument('site'), ', whose pages hold it'),
-    ),
-    **dict.fromkeys(
-        ('length_unit', 'weight_unit'),
-        (
-            'design',
-            ArgumentText(': write the unit behind the number, as in ', Argument('pull', '3N')),
-        ),
-    ),
-    'file': ('trial', ArgumentText(': is not an argument. Use ', Argument('plot'))),
+    name: (command, ArgumentText(': ', *parts))
+    for names, command, parts in _GONE
+    for name in names.split()
 }
 """Arguments that were taken away: their command, and what to use."""
 
