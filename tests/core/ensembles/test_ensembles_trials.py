@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from datetime import datetime, timedelta
 
 import numpy as np
 import pytest
@@ -263,20 +264,13 @@ def test_a_trial_sails_its_passages_in_random_order(trial):
 MADE = TriedClock('made.yaml', 'made', {'ship': {}}, ('heave',))
 
 
-def sailed(number, days=50, latitude=0.0, longitude=-30.0, month=1, drift=0.1):
+def sailed(number, days=50, latitude=0.0, longitude=-30.0, month=1):
+    first = datetime(1770, month, 1, 12)
     entries = tuple(
-        (
-            f'17{70 + day // 360}-{1 + (month - 1 + day // 28) % 12:02}-{1 + day % 28:02}T12:00',
-            0,
-            0,
-        )
+        (f'{first + timedelta(days=day):%Y-%m-%dT%H:%M}', latitude, longitude, 90.0, 5.0, None)
         for day in range(days)
     )
-    placed = tuple(
-        (utc, latitude, longitude + drift * day, 90.0, 5.0, None)
-        for day, (utc, *_) in enumerate(entries)
-    )
-    return LoggedPassage(f'1770{month:02}01-{number}', 'log.csv', entries=placed)
+    return LoggedPassage(f'1770{month:02}01-{number}', 'log.csv', entries=entries)
 
 
 def error_row(number, name, error, **more):
@@ -287,7 +281,6 @@ def error_row(number, name, error, **more):
         'raw_error_nmi': 2.0 * error,
         'error_nmi': error,
         'sensed_error_nmi': 0.1 * error,
-        'noon_error_nmi': [0.0, error],
         'stopped_s': None,
         'failure': None,
         **more,

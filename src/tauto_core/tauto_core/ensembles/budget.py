@@ -14,7 +14,7 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass, replace
 from itertools import starmap
 from pathlib import Path
-from typing import Any, TypeAlias, cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -24,7 +24,7 @@ from tauto_core.clockwork import TrochleaStage
 from tauto_core.clockwork.trochlea import at_departure, nominal_period_s
 from tauto_core.curves.cams.corrected import EquivalentCam, LinearisedCam
 from tauto_core.curves.materials import material
-from tauto_core.ensembles.rows import Voyages, sail
+from tauto_core.ensembles.rows import Row, Voyages, sail
 from tauto_core.machines import (
     AnyMachine,
     HangingMachine,
@@ -397,23 +397,19 @@ def _causes(
     return jobs
 
 
-_NumberedJob: TypeAlias = tuple[int, str, Job]
-
-
-def case_of(voyage: _NumberedJob) -> str:
+def case_of(voyage: tuple[int, str, Job]) -> str:
     """Return the change that a job makes, in words, empty for the whole."""
     _, name, _ = voyage
     return f'with {name}' if ' = ' in name else f'without {name}' if name else ''
 
 
-def sail_job(voyage: _NumberedJob, progress: Callable[[float], None]) -> list[dict[str, Any]]:
+def sail_job(voyage: tuple[int, str, Job], progress: Callable[[float], None]) -> list[Row]:
     """Return the row of a job: the frequencies of its stretches."""
     number, _, job = voyage
     try:
         return [{'ship': number, 'per_s': swings_a_second(job, progress).tolist()}]
     except PropagationError as error:
-        case = case_of(voyage)
-        error.add_note(f'That happened {case}.' if case else 'Nothing was left out.')
+        error.add_note(f'That happened {case_of(voyage) or "with all causes"}.')
         raise
 
 

@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Literal, TypeAlias, cast
+from typing import Any, Literal, cast
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from tauto_core.checks.cost import work_s
 from tauto_core.checks.readiness import check_known, check_scene
 from tauto_core.clockwork.trochlea import on_first_day, regulated_period_s
 from tauto_core.ensembles.rows import Voyages, figures_of, has_arrived, sail
-from tauto_core.ensembles.workers import jobs_for
+from tauto_core.ensembles.workers import Share, jobs_for
 from tauto_core.machines import AnyMachine, OtherRegulator
 from tauto_core.navigation.regressors import SHAKEN_BY, SharedIntegrals
 from tauto_core.results import Summary, drawn_by
@@ -116,8 +116,6 @@ SHARED = ('duration', 'starts_at', 'seed', 'gravity', 'air', 'ship', 'voyage', '
 OF_THE_CLOCK = ('white_fm', 'random_walk_fm')
 """Keys of `drift` that describe the clock."""
 
-_Cases: TypeAlias = Literal['both', 'with', 'without']
-
 
 @dataclass(frozen=True)
 class Entry:
@@ -146,7 +144,7 @@ def make_entries(
     duration: float | str | None = None,
     accuracy: float | str | None = None,
     rolls_deg: Sequence[float] = (),
-    cases: _Cases = 'both',
+    cases: Literal['both', 'with', 'without'] = 'both',
     anyway: bool = False,
     overrides: Mapping[str, object] = MappingProxyType({}),
 ) -> list[Entry]:
@@ -265,7 +263,7 @@ def _as_given(origin: str, changed: Scene, ship_of: str | None = None) -> Scene:
         raise
 
 
-def _in_cases(origin: str, scene: Scene, cases: _Cases) -> Iterator[Scene]:
+def _in_cases(origin: str, scene: Scene, cases: str) -> Iterator[Scene]:
     if cases == 'with' and scene.suspension is None:
         raise UsageError(
             Argument('suspension', 'with'),
@@ -350,9 +348,6 @@ class ErrorTrace:
         """Return the standard deviation of the pieces' rates [s/day], `None` for one piece."""
         rates = np.diff(self.error_s) / self.piece_s * DAY_S
         return float(np.std(rates, ddof=1)) if len(rates) > 1 else None
-
-
-Progress: TypeAlias = Callable[[float], None]
 
 
 @dataclass(frozen=True)
@@ -456,7 +451,7 @@ def _miles(row: Row) -> str:
 
 
 def compare(
-    entries: Sequence[Entry], *, jobs: int = 2, progress: Progress | None = None
+    entries: Sequence[Entry], *, jobs: int = 2, progress: Share | None = None
 ) -> Comparison:
     """Return the comparison of at least one entry, run by parallel processes.
 
@@ -517,7 +512,7 @@ class Sea:
         self,
         afloat: Sequence[ClockInSea],
         began_s: float,
-        progress: Progress | None,
+        progress: Share | None,
         *,
         as_messages: bool = False,
     ) -> None:
@@ -637,27 +632,14 @@ class _Compared(ClockInSea):
             propagator=self.summary.propagator,
             rate_spread_s_per_day=None if stopped else self.trace.rate_spread(),
             error_s=figures['clock_error_s'],
-            **{name: figures[name] for name in _OF_A_ROW},
+            **{name: figures[name] for name in figures.keys() & Row.__annotations__},
             stopped=stopped,
             time_s=self.trace.time_s,
             trace_s=self.trace.error_s,
         )
 
 
-_OF_A_ROW = (
-    'rate_s_per_day',
-    'raw_error_nmi',
-    'error_nmi',
-    'raw_prize_pounds',
-    'prize_pounds',
-    'run_s',
-)
-"""Figures that have the same name in a row of a comparison."""
-
-
-def sail_sea(
-    voyage: Sequence[tuple[int, Entry]], progress: Progress | None
-) -> list[dict[str, Any]]:
+def sail_sea(voyage: Sequence[tuple[int, Entry]], progress: Share | None) -> list[dict[str, Any]]:
     """Sail entries in one sea, and return each row as one value with its place.
 
     An event that stops a clock is its result, and the others go on.

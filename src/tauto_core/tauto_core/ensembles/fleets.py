@@ -260,7 +260,9 @@ class Plan:
     @property
     def columns(self) -> Columns:
         """Columns of the fleet's rows."""
-        drawn = {key: _type_of(draw) for key, draw in self.draws.items()}
+        values = {key: getattr(draw, 'values', (0.0,)) for key, draw in self.draws.items()}
+        kinds = {key: {type(value) for value in some} for key, some in values.items()}
+        drawn = {key: kind.pop() if len(kind) == 1 else float for key, kind in kinds.items()}
         return {'ship': int, 'seed': int, **drawn, **FIGURE_TYPES, **ENDED}
 
     def identity(self) -> dict[str, Any]:
@@ -318,11 +320,6 @@ class Plan:
 
 
 _CENTRE = 'Give the mean, or low and high.'
-
-
-def _type_of(draw: Normal | Uniform | OneOf) -> type:
-    kinds = {type(value) for value in draw.values} if isinstance(draw, OneOf) else {float}
-    return kinds.pop() if len(kinds) == 1 else float
 
 
 def _stream(seed: int, *which: int) -> np.random.SeedSequence:
