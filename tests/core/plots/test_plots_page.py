@@ -258,6 +258,7 @@ def test_the_map_has_coasts_names_and_the_ship(browser: Browser, tmp_path: Path)
         'second_cam_at_sea', duration=120.0, voyage={**harbour, 'arrives_at': 7200.0}
     )
     write_report(lies, tmp_path / 'lies.html', 'tauto report')
+    assert '"fill: var(--land)' in (tmp_path / 'lies.html').read_text('utf-8')
     # the letters of the map, and the marks of port and ship
     named = (
         "[...document.querySelectorAll('#map text')].filter((e) => e.textContent === 'Portsmouth')"

@@ -24,7 +24,7 @@ from tauto_core.files import LOOK, check_place, write_output
 from tauto_core.machines import FluidPendulum, LeverMachine, compile_machine
 from tauto_core.machines.threads import HoleThread
 from tauto_core.machines.threads.lever import LeverThread
-from tauto_core.plots.chart import COLOURS, MAP_RATIO, Chart, draw
+from tauto_core.plots.chart import COLOURS, LAND, MAP_RATIO, Chart, draw
 from tauto_core.plots.contents import PART_S, PICTURES, chart, map_samples, seaway, window
 from tauto_core.plots.machine import MM, draw_machine, fulcrum_mm
 from tauto_core.results import SIGNS, budget_rows, damage_sentence, groups
@@ -549,5 +549,6 @@ _DRAWN = {colour: name for name, colour in COLOURS.items()} | {
     '#000000': 'ink',
     '#ffffff': 'paper',
     '#999999': 'rule',
+    LAND: 'land',
 }
 """Colours of a drawn chart, and their variables."""
