@@ -14,7 +14,7 @@ import math
 from dataclasses import replace
 
 from tauto_core.ensembles.comparison import CLOCKS
-from tauto_core.machines import LeverMachine, Machine, Regulator, compile_trochlea
+from tauto_core.machines import AnyMachine, LeverMachine, Machine, compile_trochlea
 from tauto_core.machines.steady_swing import SteadySwing, steady_swing
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import ABSENT
@@ -26,7 +26,7 @@ from tauto_core.wording import figure
 PASSAGE_S = 5_443_140.0
 
 
-def period_s(machine: Regulator) -> float:
+def period_s(machine: AnyMachine) -> float:
     """Return the period of the steady swing on land; of a swinging thread that of a free swing."""
     if not isinstance(machine, Machine | LeverMachine):
         return machine.period(machine.release_angle)

@@ -159,7 +159,7 @@ def test_the_lever_arm_rebuilt_from_the_dxf(name: str, tmp_path: Path) -> None:
     psi = cam.psi(angle)
     arm = 0.25 + support(x, y, psi)
     # through a hole, ψ − arcsin(t/a) is the angle of the wheel
-    turned = psi - np.arcsin(arm / (1e3 * cam.hole_distance))
+    turned = psi - np.arcsin(arm / (1e3 * cam.distance))
     wrong = arm - 1e3 * cam.lever_arm(np.maximum(turned, 0.0))
     acts = angle > facts['acts_from_rad']
     assert np.max(np.abs(wrong[acts])) < 1.5 * facts['tolerance_mm']

@@ -101,7 +101,7 @@ def test_thread_reaches_the_hole_and_keeps_its_length(name):
     cam = CAMS[name]
     angle = np.linspace(0.0, 1.0, 9) * upper(cam)
     x, y = cam.contact(angle)
-    a = cam.hole_distance
+    a = cam.distance
     free = np.hypot(-a * np.sin(angle) - x, a * np.cos(angle) - y)
     drawn = cam.arc_length(angle) + free - free[0]
     np.testing.assert_allclose(cam.lift(angle), drawn, rtol=1e-10, atol=1e-16)

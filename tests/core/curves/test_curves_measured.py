@@ -120,9 +120,7 @@ def test_a_tolerance_in_another_unit_is_refused(tmp_path):
 
 def test_a_hole_nearer_than_the_longest_arm_is_refused(tmp_path):
     file = write(tmp_path / 'cam.csv', *measured())
-    assert (
-        trochlea(file, TOLERANCE, HoleThread(distance=0.05)).made_cam(9.81).hole_distance == 0.05
-    )
+    assert trochlea(file, TOLERANCE, HoleThread(distance=0.05)).made_cam(9.81).distance == 0.05
     with pytest.raises(SceneError, match='longer than the hole is away'):
         trochlea(file, TOLERANCE, HoleThread(distance=0.02)).made_cam(9.81)
 

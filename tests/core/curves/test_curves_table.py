@@ -140,7 +140,7 @@ def test_cams_of_a_scene(tmp_path):
     for thread, distance in ((vertical, math.inf), (hole, 0.08)):
         cam = trochlea(table, thread).made_cam(9.81)
         assert isinstance(cam, Table)
-        assert (cam.range_rad, cam.hole_distance) == (6.0, distance)
+        assert (cam.range_rad, cam.distance) == (6.0, distance)
 
 
 @pytest.mark.parametrize(

@@ -198,11 +198,6 @@ class Cam(ABC):
         """Return h = ∫ t dϑ from 0 [m]."""
 
     @property
-    def hole_distance(self) -> float:
-        """Distance a of the hole from the axle [m], inf for a vertical thread."""
-        return self.distance
-
-    @property
     def drawn_rad(self) -> float:
         """Angle up to which the cheek is drawn and checked by default [rad]: at most a turn."""
         return min(self.range_rad, math.tau)
@@ -328,7 +323,7 @@ class Cam(ABC):
         """Return the angle as an array, and the thread's line. CamRangeError: t is too long."""
         angle = self.within(angle)
         arm, rate = self.lever_arm(angle), self.lever_rate(angle)
-        a = self.hole_distance
+        a = self.distance
         if math.isinf(a):
             return angle, _Thread(np.zeros_like(arm), np.ones_like(arm), np.zeros_like(arm))
         too_long = ~(np.abs(arm) <= a + arm_rounding(angle, arm, rate))
@@ -380,13 +375,13 @@ def possible_cam(
             'Make the lever arm rise from rest, and end before 0.',
         )
     # the range is rounded and the lever arm steep there
-    allowed = cam.hole_distance + arm_rounding(angles, arms, cam.lever_rate(angles))
+    allowed = cam.distance + arm_rounding(angles, arms, cam.lever_rate(angles))
     at = _first(~(arms <= allowed))
     if at is not None:
         raise _impossible(
             kind,
             f'has a lever arm of {arms[at]:.6g} m at {angles[at]:.6g} rad, longer than the hole '
-            f'is away, trochlea.thread.distance = {cam.hole_distance!r} m',
+            f'is away, trochlea.thread.distance = {cam.distance!r} m',
             f'End the cam before {angles[at]:.6g} rad, or move the hole away.',
         )
     for low, high in too_sharp(cam, 0.0, edge)[:1]:

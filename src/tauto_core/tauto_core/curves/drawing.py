@@ -583,7 +583,7 @@ def _edge(layer: str, cheek: CheekArcs, slot: float, depth: float, offset: float
 
 def lever_arm_as_cut(plate: Plate, cam: Cam, angle: FloatArray) -> FloatArray:
     """Return the lever arm of the thread on the plate [m] at angles of the wheel ≥ 0 [rad]."""
-    hole = MM_PER_M * cam.hole_distance
+    hole = MM_PER_M * cam.distance
     psi = np.array(cam.psi(angle))
     arm, rate = plate.cheek.lever_arm(psi)
     if math.isinf(hole):

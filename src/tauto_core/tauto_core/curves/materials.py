@@ -80,12 +80,19 @@ def by_name(what: str, table: Mapping[str, object]) -> WrapValidator:
     return WrapValidator(known)
 
 
-if TYPE_CHECKING:
-    NamedMaterial: TypeAlias = str | Material
-else:
-    NamedMaterial = Annotated[
-        Material,
-        by_name('material', MATERIALS),
+def named(
+    what: str, section: type[Section], table: Mapping[str, object], *required: str
+) -> object:
+    """Return the type of a name of a table, or of numbers, which is written as it was given."""
+    numbers = {
+        'type': 'object',
+        'properties': {key: {'type': 'number'} for key in section.model_fields},
+        **({'required': list(required)} if required else {}),
+        'additionalProperties': False,
+    }
+    return Annotated[
+        section,
+        by_name(what, table),
         PlainSerializer(
             lambda value: (
                 value
@@ -93,22 +100,14 @@ else:
                 else value.model_dump(exclude_none=True, exclude_unset=True)
             )
         ),
-        WithJsonSchema(
-            {
-                'anyOf': [
-                    {'enum': sorted(MATERIALS)},
-                    {
-                        'type': 'object',
-                        'properties': {
-                            'expansion': {'type': 'number'},
-                            'modulus': {'type': 'number'},
-                        },
-                        'additionalProperties': False,
-                    },
-                ]
-            }
-        ),
+        WithJsonSchema({'anyOf': [{'enum': sorted(table)}, numbers]}),
     ]
+
+
+if TYPE_CHECKING:
+    NamedMaterial: TypeAlias = str | Material
+else:
+    NamedMaterial = named('material', Material, MATERIALS)
 
 
 def as_written(named: str | Section | None) -> object:

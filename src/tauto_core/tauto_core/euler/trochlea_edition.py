@@ -362,7 +362,7 @@ def _figure_viii(ratio: float) -> View:
 
 def _through_hole(cam: Hole, angle: float) -> dict[str, FloatArray]:
     """Return Euler's points of an angle in the wheel's frame, b = 1."""
-    a, arm = cam.hole_distance, float(cam.lever_arm(angle))
+    a, arm = cam.distance, float(cam.lever_arm(angle))
     psi = angle + math.asin(arm / a)
     normal = np.array([math.cos(psi), math.sin(psi)])
     line = np.array([-normal[1], normal[0]])

@@ -16,7 +16,7 @@ from tauto_core.machines.compiling import (
     free_swings,
     isochronism,
 )
-from tauto_core.machines.parts import Isochronism, OtherRegulator, Regulator, rate_s_per_day
+from tauto_core.machines.parts import Isochronism, OtherRegulator, rate_s_per_day
 from tauto_core.machines.steady_swing import NoSteadySwing, SteadySwing, steady_swing
 from tauto_core.machines.threads.hanging import HangingMachine
 from tauto_core.machines.threads.lever import LeverMachine
@@ -36,7 +36,6 @@ __all__ = [
     'NoSteadySwing',
     'OtherRegulator',
     'QuadratureError',
-    'Regulator',
     'SlackThreadError',
     'SteadySwing',
     'compile_ideal',

@@ -16,7 +16,6 @@ from tauto_core.machines.parts import (
     EscapementKind,
     Isochronism,
     OtherRegulator,
-    Regulator,
     checked_amplitudes,
     rate_s_per_day,
 )
@@ -31,8 +30,11 @@ if TYPE_CHECKING:
     from tauto_core.machines.fluid_pendulum import DescentIsochronism
 
 
+AnyMachine: TypeAlias = Machine | LeverMachine | HangingMachine
+
+
 def isochronism(
-    machine: Regulator | AxleClock,
+    machine: AnyMachine | AxleClock,
     amplitudes: Iterable[float],
     nominal_period_s: float | None = None,
 ) -> Isochronism:
@@ -51,9 +53,6 @@ def isochronism(
     period = np.array([machine.period(amplitude) for amplitude in sizes])
     rate = np.array([rate_s_per_day(seconds, nominal) for seconds in period.tolist()])
     return Isochronism(nominal, np.array(sizes), period, rate)
-
-
-AnyMachine: TypeAlias = Machine | LeverMachine | HangingMachine
 
 
 class SceneParts(Protocol):

@@ -180,7 +180,8 @@ def descent_time(curve: DescentCurve, gravity: float, start: float) -> float:
         length = (start - begin)[..., None] * shares
         weighed = np.exp(-2.0 * curve.kappa * length) * weights
         sums = np.sum(weighed * curve.slope(begin[..., None] + length), axis=-1)
-        return np.sqrt(2.0 * start / (curve.gamma * gravity * (sums / (2.0 * panels))))
+        mean: FloatArray = sums / (2.0 * panels)
+        return np.sqrt(2.0 * start / (curve.gamma * gravity * mean))
 
     return float(integrate(integrand, np.zeros(1), np.ones(1))[0])
 
@@ -422,10 +423,6 @@ class FluidPendulum(OtherRegulator):
             )
         return math.tau / self.frequency * (1.0 + 0.5 * (out_excess + in_excess))
 
-    def half_swing(self, amplitude: float) -> float:
-        """Return the duration of the half swing from rest at a signed arc [m] to rest [s]."""
-        return math.pi / self.frequency * (1.0 + self.swing(amplitude)[0])
-
     def descent(self, amplitude: float) -> float:
         """Return the time from rest on the branch of descent to the zero of the force [s].
 
@@ -451,7 +448,8 @@ def descent_isochronism(
     )
     nominal = machine.small_period if nominal_period_s is None else nominal_period_s
     descent = [machine.descent(amplitude) for amplitude in sizes]
-    halves = [machine.half_swing(amplitude) for amplitude in sizes]
+    half = math.pi / machine.frequency
+    halves = [half * (1.0 + machine.swing(amplitude)[0]) for amplitude in sizes]
     period = [machine.period(amplitude) for amplitude in sizes]
     rate = [rate_s_per_day(seconds, nominal) for seconds in period]
     return DescentIsochronism(nominal, *map(np.array, (sizes, descent, halves, period, rate)))

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeAlias
 
 import numpy as np
-from pydantic import Field, PlainSerializer, Strict, WithJsonSchema
+from pydantic import Field, Strict
 
-from tauto_core.curves.materials import by_name
+from tauto_core.curves.materials import named
 from tauto_core.samples import FloatArray
 from tauto_core.scene.sections import Number, Section
 from tauto_core.scene.times import DAY_S
@@ -55,24 +55,7 @@ OILS = {
 if TYPE_CHECKING:
     NamedOil: TypeAlias = str | Oil
 else:
-    NamedOil = Annotated[
-        Oil,
-        by_name('oil', OILS),
-        PlainSerializer(lambda value: value if isinstance(value, str) else value.model_dump()),
-        WithJsonSchema(
-            {
-                'anyOf': [
-                    {'enum': sorted(OILS)},
-                    {
-                        'type': 'object',
-                        'properties': {'thins_per_kelvin': {'type': 'number'}},
-                        'required': ['thins_per_kelvin'],
-                        'additionalProperties': False,
-                    },
-                ]
-            }
-        ),
-    ]
+    NamedOil = named('oil', Oil, OILS, 'thins_per_kelvin')
 
 
 class Thinning(NamedTuple):
@@ -227,8 +210,3 @@ class Heat:
 
 NO_HEAT = Heat()
 """A machine that does not change."""
-
-
-def thickening_per_s(per_month: float) -> float:
-    """Return the growth of ln c₁ [1/s] of oil that thickens by a share per month."""
-    return math.log1p(per_month) / MONTH_S

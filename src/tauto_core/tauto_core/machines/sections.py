@@ -20,9 +20,9 @@ from tauto_core.machines.drags import Drag
 from tauto_core.machines.heat import (
     COLDEST,
     HOTTEST,
+    MONTH_S,
     Compensation,
     Heat,
-    thickening_per_s,
     thinning,
 )
 from tauto_core.machines.parts import (
@@ -157,8 +157,9 @@ class Trochlea(Section):
             middle=self.at_celsius,
         )
         if drag is not None:
-            oil, thickening = drag.oil, thickening_per_s(drag.thickens_per_month)
-            heat = replace(heat, oil=thinning(oil, self.at_celsius), thickening=thickening)
+            thickening = math.log1p(drag.thickens_per_month) / MONTH_S
+            oil = thinning(drag.oil, self.at_celsius)
+            heat = replace(heat, oil=oil, thickening=thickening)
         if compensation is None:
             return heat
         middle = self.at_celsius if compensation.middle is None else compensation.middle
@@ -514,14 +515,6 @@ class FluidTautochroneRegulator(Section):
                 'Use ship kind still.',
             ),
             (
-                self.fluid_density >= self.body_density,
-                'regulator.fluid_density',
-                self.fluid_density,
-                f'must be less than regulator.body_density, {self.body_density!r} kg/m3, or the '
-                f'{self.body} does not sink',
-                'Take a denser body or a lighter fluid.',
-            ),
-            (
                 missing == (self.curve == 'companion'),
                 'regulator.of',
                 ABSENT if self.of is None else self.of.kind,
@@ -619,6 +612,15 @@ def compile_fluid_pendulum(
 
     SceneError: a body that does not sink, or a release beyond the cusp.
     """
+    if regulator.fluid_density >= regulator.body_density:
+        raise SceneError(
+            name,
+            'regulator.fluid_density',
+            regulator.fluid_density,
+            f'must be less than regulator.body_density, {regulator.body_density!r} kg/m3, or the '
+            f'{regulator.body} does not sink',
+            'Take a denser body or a lighter fluid.',
+        )
     try:
         curve = make_descent_curve(regulator)
     except DescentError as error:

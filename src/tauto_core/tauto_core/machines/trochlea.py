@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,7 +24,6 @@ from tauto_core.machines.parts import (
     EscapementKind,
     Imbalance,
     PowerKind,
-    Regulator,
     wrong,
 )
 from tauto_core.samples import FloatArray
@@ -485,8 +484,8 @@ class ThreadKind(Kind):
             parts.cam.made(self.setting(parts)), parts.cam.kind, parts.cam.if_hollow
         )
 
-    def machine(self, parts: Parts) -> Regulator:
-        """Return the machine.
+    def machine(self, parts: Parts) -> Any:
+        """Return the machine, with the properties and methods of `Machine` that its motion needs.
 
         Raises:
             SceneError: an impossible cam.

@@ -389,7 +389,7 @@ def _cheeks(
         curve = (*cam.contact(angle), cam.radius_of_curvature(angle))
         lever = angle, cam.lever_arm(angle)
         rate, tip = (MM_PER_M * float(size) for size in (cam.lever_rate(0.0), cam.p(0.0)))
-        hole, meeting = MM_PER_M * cam.hole_distance, cheeks_meet_rad(cam)
+        hole, meeting = MM_PER_M * cam.distance, cheeks_meet_rad(cam)
         words = [
             f'{"base radius" if isinstance(cam, Involute) else "lever arm a radian, at rest"} '
             f'{rate:.6g} mm, drawn up to {end:.6g} rad',
