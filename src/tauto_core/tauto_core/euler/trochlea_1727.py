@@ -98,11 +98,6 @@ def inertia_of_rings(weight: float, radius: float) -> float:
     return float(0.5 * radius * weights @ (density * 2.0 * math.pi * ring * ring**2))
 
 
-def disc_energy(weight: float, radius: float, rim: float) -> float:
-    """Return the kinetic energy of a disc with the velocity `rim` of its rim [J]."""
-    return 0.5 * inertia_of_rings(weight, radius) * (rim / radius) ** 2
-
-
 @lru_cache(maxsize=32)
 def period(
     amplitude: float,
@@ -151,24 +146,6 @@ def rim_height(arc: float, weight: float, pull: float) -> OfArray:
     return height
 
 
-def cycloid_slope(part: float) -> float:
-    """Return the sine of a cycloid's slope at an arc of `part` AO from the bottom."""
-    # the cycloid of a pendulum of unit length, by its rolling circle of radius 1/4
-    turned = 2.0 * math.asin(part)
-    x = slope_at(lambda s: 0.25 * (s + np.sin(s)), turned)
-    y = slope_at(lambda s: 0.25 * (1.0 - np.cos(s)), turned)
-    return y / math.hypot(x, y)
-
-
-def radius_of_pendulum(weight: float, pull: float, length: float) -> float:
-    """Return the base radius at which a disc of this radius has the period of a pendulum.
-
-    The period is proportional to the root of the radius. One integrated motion gives the factor.
-    """
-    seconds = period(1.0, weight, pull)
-    return BASE_RADIUS * length / (G * (seconds / math.tau) ** 2)
-
-
 def _hole_place(angle: float, distance: float) -> FloatArray:
     """Return the position of the hole in the wheel's frame."""
     turned = 0.5 * math.pi + angle
@@ -195,13 +172,6 @@ def envelope_distance(angle: float, distance: float) -> float:
     Neighbouring lines x cos ψ + y sin ψ = t intersect at −x sin ψ + y cos ψ = dt/dψ.
     """
     return RATE / slope_at(lambda value: directions(value, distance), angle)
-
-
-def angle_of_hole(angle: float) -> float:
-    """Return the angle at C from the hole at rest to the hole after a turn of the wheel [rad]."""
-    at_rest, turned = _hole_place(0.0, HOLE), _hole_place(angle, HOLE)
-    cross = at_rest[0] * turned[1] - at_rest[1] * turned[0]
-    return math.atan2(float(cross), float(at_rest @ turned))
 
 
 def small_triangles(angle: float) -> float:
@@ -256,13 +226,19 @@ def _of_motion() -> dict[str, float]:
         a, b = (period(radius, 100.0, pull, carried=pull / G) for radius in (large, small))
         return a / b
 
+    # the cycloid of a pendulum of unit length, by its rolling circle of radius 1/4
+    turned = 2.0 * math.asin(0.3)
+    x = slope_at(lambda s: 0.25 * (s + np.sin(s)), turned)
+    y = slope_at(lambda s: 0.25 * (1.0 - np.cos(s)), turned)
+    rim = math.sqrt(2.0 * G * 0.2)
     return {
         'ratio_of_periods': period(3.0) / period(0.1),
-        'disc_energy': disc_energy(3.0, BASE_RADIUS, math.sqrt(2.0 * G * 0.2)),
+        'disc_energy': 0.5 * inertia_of_rings(3.0, BASE_RADIUS) * (rim / BASE_RADIUS) ** 2,
         'rise_of_speed': slope_at(rim_height(0.5 * BASE_RADIUS, 100.0, 1.0), 0.0),
-        'slope_of_cycloid': cycloid_slope(0.3),
+        'slope_of_cycloid': y / math.hypot(x, y),
         'pendulum_length': pendulum(),
-        'radius_in_scruples': radius_of_pendulum(100.0, 1.0, 3166.0),
+        # the period is proportional to the root of the radius
+        'radius_in_scruples': BASE_RADIUS * 3166.0 / pendulum(),
         'ratio_of_sullys_arcs': ratio(1.0, math.pi / 3.0, math.pi / 6.0),
         'pendulum_of_thick_disc': pendulum(thick),
         'pendulum_of_own_disc': pendulum(thin),
@@ -273,12 +249,14 @@ def _of_motion() -> dict[str, float]:
 def _of_hole() -> dict[str, float]:
     turns = 1.0 / slope_at(lambda angle: directions(angle, HOLE), TURNED)
     distance = envelope_distance(TURNED, HOLE)
+    at_rest, turned = _hole_place(0.0, HOLE), _hole_place(TURNED, HOLE)
+    cross = at_rest[0] * turned[1] - at_rest[1] * turned[0]
     return {
         'direction_of_arm': direction(TURNED, HOLE),
         'distance_with_hole': distance,
         'ratio_of_turns': turns,
         'given_ratio': turns / distance,
-        'angle_of_hole': angle_of_hole(TURNED),
+        'angle_of_hole': math.atan2(float(cross), float(at_rest @ turned)),
         'ratio_in_triangles': small_triangles(TURNED),
         'distance_with_far_hole': envelope_distance(TURNED, 1e8),
     }
