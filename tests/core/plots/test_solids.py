@@ -12,7 +12,7 @@ import pytest
 
 from tauto_core.curves.drawing import Plate
 from tauto_core.plots.cutting import plate_of
-from tauto_core.plots.solids import CadError, check_solids, wheel_sizes, write_solids
+from tauto_core.plots.solids import CadError, check_solids, rim_radius, write_solids
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import UsageError
 
@@ -89,7 +89,7 @@ def test_the_step_file_holds_three_named_solids(
 
 def test_a_wheel_lighter_than_its_cheeks_is_refused(made: Plate) -> None:
     with pytest.raises(UsageError, match=r'thickness_mm = 20 mm: .* the scene has 1e-07 kg m2'):
-        wheel_sizes(made, 1e-7, 20.0)
+        rim_radius(made, 1e-7, 20.0)
 
 
 @pytest.mark.parametrize('thickness', [0.0, math.nan, 200.0])

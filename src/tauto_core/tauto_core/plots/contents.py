@@ -314,14 +314,7 @@ def _over_time(voyage: Voyage, title: str, y_label: str, lines: Sequence[Line]) 
     events, note = _marks(voyage, 0.0, end_s)
     marks = [Mark(event.x / unit, event.name) for event in events]
     scaled = [replace(line, x=line.x / unit) for line in lines]
-    picture = Chart(title, f'time [{name}]', y_label, scaled, marks=marks)
-    if (limits := picture.y_limits()) is not None:
-        bands = [line for line in lines if line.kind == 'band' and line.high is not None]
-        low = min(float(np.min(line.y)) for line in bands)
-        high = max(float(np.max(line.high)) for line in bands if line.high is not None)
-        if low < limits[0] or high > limits[1]:
-            note = f'{note} In parts the band is wider than the axis.'.strip()
-    return replace(picture, note=note)
+    return Chart(title, f'time [{name}]', y_label, scaled, marks=marks, note=note)
 
 
 def _marks(voyage: Voyage, from_s: float, to_s: float) -> tuple[list[Mark], str]:

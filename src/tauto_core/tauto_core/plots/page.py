@@ -17,7 +17,6 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.figure import Figure
 
-from tauto_core.curves import Cam
 from tauto_core.curves.fluid import coordinates
 from tauto_core.ensembles.budget import kept_budget
 from tauto_core.files import LOOK, check_place, write_output
@@ -29,7 +28,7 @@ from tauto_core.plots.contents import PART_S, PICTURES, chart, map_samples, seaw
 from tauto_core.plots.machine import MM, draw_machine, fulcrum_mm
 from tauto_core.results import SIGNS, budget_rows, damage_sentence, groups
 from tauto_core.samples import FloatArray
-from tauto_core.scene import Scene, scene_yaml
+from tauto_core.scene import scene_yaml
 from tauto_core.scene.errors import Argument, UsageError
 from tauto_core.scene.times import DAY_S
 from tauto_core.ship.coast import land
@@ -100,6 +99,15 @@ def animation(voyage: Voyage) -> dict[str, Any]:
         arc = np.linspace(-min(-machine.curve.ascent_cusp, cusp), cusp, 201)
         height, level = coordinates(machine.curve, arc)
         curve = {'arc_m': _rounded(arc, 5), 'x': _rounded(MM * level), 'y': _rounded(MM * height)}
+    winding: dict[str, Any] | None = None
+    if trochlea is not None and trochlea.cam.kind != 'lever_corrected':
+        cam = trochlea.made_cam(scene.g)
+        angle = np.linspace(0.0, cam.drawn_rad, 101)
+        arm, (x, y) = cam.lever_arm(angle), cam.contact(angle)
+        rise = np.concatenate(([0.0], np.cumsum(0.5 * (arm[1:] + arm[:-1]) * np.diff(angle))))
+        sizes = {'x': x, 'y': y, 'rise': rise}
+        winding = {name: _rounded(MM * size) for name, size in sizes.items()}
+        winding['angle_rad'] = _rounded(angle, 4)
     # one part for a short voyage, or several evenly spread and the roughest
     end_s = float(voyage.time_s[-1])
     parts = min(max(math.ceil(end_s / PART_S), 1), MOST_PARTS)
@@ -125,7 +133,7 @@ def animation(voyage: Voyage) -> dict[str, Any]:
         'roughest': roughest,
         'hangs': weight and not fixed_end and hung is None,
         'fixed_end': fixed_end,
-        'winding': _winding(scene),
+        'winding': winding,
         'pivot': None if hung is None else [0.0, MM * hung.depth],
         'lever': lever,
         'curve': curve,
@@ -155,22 +163,6 @@ def _part(voyage: Voyage, size: FloatArray, from_s: float) -> dict[str, Any]:
             name: _rounded(np.interp(grid, ship.time_s - began_s, values), 4)
             for name, values in motion.items()
         },
-    }
-
-
-def _winding(scene: Scene) -> dict[str, Any] | None:
-    if scene.trochlea is None or scene.trochlea.cam.kind == 'lever_corrected':
-        return None
-    cam: Cam = scene.trochlea.made_cam(scene.g)
-    angle = np.linspace(0.0, cam.drawn_rad, 101)
-    x, y = cam.contact(angle)
-    arm = cam.lever_arm(angle)
-    rise = np.concatenate(([0.0], np.cumsum(0.5 * (arm[1:] + arm[:-1]) * np.diff(angle))))
-    return {
-        'angle_rad': _rounded(angle, 4),
-        'x': _rounded(MM * x),
-        'y': _rounded(MM * y),
-        'rise': _rounded(MM * rise),
     }
 
 

@@ -8,7 +8,6 @@ z along the axle from the plane between cheeks and web. Lengths in millimetres.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -37,23 +36,6 @@ class CadError(TautoError):
     """Solids without the extra `cad`."""
 
 
-@dataclass(frozen=True)
-class WheelSizes:
-    """Sizes of the solids [mm].
-
-    Attributes:
-        thickness: thickness of plate and web.
-        rim: mean radius of the rim.
-        side: side of its square section.
-        stub: length of the axle on either side.
-    """
-
-    thickness: float
-    rim: float
-    side: float
-    stub: float
-
-
 def check_solids(thickness_mm: float) -> None:
     """Check thickness and library.
 
@@ -74,12 +56,11 @@ def check_solids(thickness_mm: float) -> None:
         ) from None
 
 
-def wheel_sizes(plate: Plate, inertia: float, thickness_mm: float) -> WheelSizes:
-    """Return the sizes of wheel, cheeks and axle for a total moment of inertia [kg m2].
+def rim_radius(plate: Plate, inertia: float, thickness_mm: float) -> float:
+    """Return the mean radius of the rim [mm] for a total moment of inertia [kg m2].
 
     UsageError: cheeks, axle and the smallest wheel have more.
     """
-    stub = STUB * 2.0 * plate.holes[0].radius
     wanted = inertia * MM_PER_M**2 / KG_PER_MM3
     # ∫ (x² + y²) over the polygon, by Green's theorem
     x, y = plate.outline.polygon(ROUND_MM)
@@ -95,7 +76,8 @@ def wheel_sizes(plate: Plate, inertia: float, thickness_mm: float) -> WheelSizes
         disc(hole.radius) + math.pi * (hole.radius * math.hypot(hole.x, hole.y)) ** 2
         for hole in plate.holes[1:]
     )
-    fixed = (cheeks - holes) * thickness_mm + bore * 2.0 * (thickness_mm + stub)
+    axle = 2.0 * thickness_mm + 4.0 * STUB * plate.holes[0].radius
+    fixed = (cheeks - holes) * thickness_mm + bore * axle
 
     def total(rim: float) -> float:
         side = RIM_SIDE * rim
@@ -116,8 +98,7 @@ def wheel_sizes(plate: Plate, inertia: float, thickness_mm: float) -> WheelSizes
     upper = lower
     while total(upper) < wanted:
         upper *= 2.0
-    rim, _ = bisect(lambda radius: total(radius) < wanted, lower, upper)
-    return WheelSizes(thickness_mm, rim, RIM_SIDE * rim, stub)
+    return bisect(lambda radius: total(radius) < wanted, lower, upper)[0]
 
 
 def write_solids(
@@ -130,11 +111,10 @@ def write_solids(
 ) -> list[Path]:
     """Write wheel, cheeks and axle as one STEP file and as STL files in a folder.
 
-    Existing files are replaced. Errors: see `wheel_sizes`. OutputError: a file that cannot be
+    Existing files are replaced. Errors: see `rim_radius`. OutputError: a file that cannot be
     written.
     """
-    sizes = wheel_sizes(plate, inertia, thickness_mm)
-    parts = _solids(plate, sizes)
+    parts = _solids(plate, rim_radius(plate, inertia, thickness_mm), thickness_mm)
     from build123d import Compound, export_step, export_stl
 
     written: list[tuple[Path, bytes]] = []
@@ -168,7 +148,7 @@ def write_solids(
     return [file for file, _ in written]
 
 
-def _solids(plate: Plate, sizes: WheelSizes) -> dict[str, Any]:
+def _solids(plate: Plate, rim_mm: float, thickness_mm: float) -> dict[str, Any]:
     """Return the solids by name."""
     from build123d import Cylinder, Edge, Face, Pos, Solid, Vector, Wire
 
@@ -180,14 +160,13 @@ def _solids(plate: Plate, sizes: WheelSizes) -> dict[str, Any]:
         return Solid.extrude(face, Vector(0.0, 0.0, high - low))
 
     holes = [ring(hole.radius).moved(Pos(hole.x, hole.y, 0.0)) for hole in plate.holes]
-    cheeks = extruded(_wire(plate.outline), holes, 0.0, sizes.thickness)
-    inner, outer = sizes.rim - 0.5 * sizes.side, sizes.rim + 0.5 * sizes.side
-    middle = -0.5 * sizes.thickness
-    web = extruded(ring(inner), holes, -sizes.thickness, 0.0)
-    rim = extruded(
-        ring(outer), [ring(inner)], middle - 0.5 * sizes.side, middle + 0.5 * sizes.side
-    )
-    axle = Cylinder(plate.holes[0].radius, 2.0 * (sizes.thickness + sizes.stub))
+    cheeks = extruded(_wire(plate.outline), holes, 0.0, thickness_mm)
+    half = 0.5 * RIM_SIDE * rim_mm
+    inner, outer, middle = rim_mm - half, rim_mm + half, -0.5 * thickness_mm
+    web = extruded(ring(inner), holes, -thickness_mm, 0.0)
+    rim = extruded(ring(outer), [ring(inner)], middle - half, middle + half)
+    radius = plate.holes[0].radius
+    axle = Cylinder(radius, 2.0 * thickness_mm + 4.0 * STUB * radius)
     return {'wheel': web + rim, 'cheeks': cheeks, 'axle': axle}
 
 
