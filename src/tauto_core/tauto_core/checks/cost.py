@@ -691,10 +691,10 @@ def missed_words(result: Mapping[str, Any]) -> str:
     """Return the warning of a run that may not keep the requested accuracy."""
     bound = result['bound_s_per_day']
     text = 'no bound is known' if bound is None else f'the bound is {bound:.1g} s'
-    why = ', since the motion is chaotic' if result['chaotic'] else ''
     return (
-        f'solver.accuracy = {result["asked_s_per_day"]:g} s a day: {text}{why}. Ask for less, or '
-        'state ship.rate and solver.tolerance'
+        f'solver.accuracy = {result["asked_s_per_day"]:g} s a day: {text}'
+        f'{", since the motion is chaotic" if result["chaotic"] else ""}. Ask for less, or state '
+        'ship.rate and solver.tolerance'
     )
 
 

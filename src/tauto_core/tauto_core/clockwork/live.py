@@ -219,7 +219,7 @@ class SensorWatch(Stateful):
         return self._fault_of_force(rows) or _fault_of_turning(rows[:, 8:10], rows[:, 10:])
 
     def _fault_of_force(self, rows: FloatArray) -> str:
-        size, down = np.median(rows[:, 0]), np.median(rows[:, 1]) < 0.0
+        size, down = float(np.median(rows[:, 0])), float(np.median(rows[:, 1])) < 0.0
         tilts = [
             math.atan2(math.hypot(forward, port), up)
             for forward, port, up in (rows[:, 2:5].mean(axis=0), rows[:, 5:8].mean(axis=0))

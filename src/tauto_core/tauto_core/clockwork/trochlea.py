@@ -366,6 +366,9 @@ class TrochleaStage(Stateful):
         machine: the regulator of the scene, if it has been built already.
         buffers: shared by the clocks that are fed in the same sea in turn, if there are others.
 
+    Attributes:
+        nominal_s: time by which the dial advances in a full swing [s].
+
     Raises:
         SceneError: the machine or its suspension cannot be built.
     """
@@ -395,7 +398,7 @@ class TrochleaStage(Stateful):
             tolerance=scene.solver.tolerance if scene.solver else None,
         )
         self._propagator = make_propagator(self._machine, still=self._still, tolerance=tolerance)
-        self._nominal_s = nominal_period_s(scene, self._machine)
+        self.nominal_s = nominal_period_s(scene, self._machine)
         max_gap_s = None if self._still else max(MAX_GAP_S, 1.5 * scene.step_ns / NS_PER_S)
         stride = samples_a_piece(scene, steps_in(self._propagator))
         smooth = anchor == 'scene' and scene.ship.is_computed
@@ -562,7 +565,7 @@ class TrochleaStage(Stateful):
         )
         speeds = np.stack([phase_rate, zero, phase_rate / np.pi, zero], axis=1)
         origin_ns = self._origin_ns or 0
-        reading = origin_ns + dial_ns(half_turns, fraction, self._nominal_s)
+        reading = origin_ns + dial_ns(half_turns, fraction, self.nominal_s)
         if self._noise is not None:
             reading = reading + self._noise.offsets_ns((stamps - origin_ns) // self._log_ns)
         return {
@@ -579,11 +582,6 @@ class TrochleaStage(Stateful):
             ),
             READING: TimeSamples(stamps, WHEEL_FRAME, reading, same(DIAL, len(stamps))),
         }
-
-    @property
-    def nominal_s(self) -> float:
-        """Time by which the dial advances in a full swing [s]."""
-        return self._nominal_s
 
     def state(self) -> State:
         """Return everything that the next output depends on."""

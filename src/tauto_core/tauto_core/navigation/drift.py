@@ -28,6 +28,7 @@ from tauto_core.navigation.kalman import (
     pairs,
     predict,
     prior,
+    same_fields,
 )
 from tauto_core.navigation.longitude import AFTER_ALL, BEFORE_ALL, LiveFixes, in_order
 from tauto_core.navigation.regressors import HELD_NS, MotionRegressors, integral_names, regressors
@@ -170,7 +171,7 @@ def estimates(
     place = np.searchsorted(way.stamp_ns[1:], stamps, 'right')
     elapsed = (stamps - way.stamp_ns[place]) / NS_PER_S
     gained = () if passed is None else tuple((passed.integrals_s - way.integrals_s[place]).T)
-    then = way.states._make(column[place] for column in way.states)
+    then = same_fields(way.states, (column[place] for column in way.states))
     sailed_ns = np.maximum(way.stamp_ns[place], model.sails_ns)
     under_way_s = np.maximum(stamps - sailed_ns, 0) / NS_PER_S
     now = predict(then, elapsed, model, gained, under_way_s)
@@ -198,28 +199,22 @@ class Track(Stateful):
     """Takes observations in any order, and gives the state as if they had come in order.
 
     It begins with the state when the dial was set, or after a stop, following the track `before`.
+
+    Attributes:
+        last: the state after all observations so far.
+        oldest_ns: the earliest stamp of a further observation.
     """
 
     state_names = ('oldest_ns', 'counts', 'seen', 'fates')
 
     def __init__(self, start: Known, model: ClockModel, before: Track | None = None) -> None:
         self._model = model
-        self._base = self._last = start
-        self._oldest_ns = start.stamp_ns
+        self._base = self.last = start
+        self.oldest_ns = start.stamp_ns
         self._seen: list[Observed] = []
         self._fates: list[int] = []
         fates = (REFUSED, REOPENED)
         self._counts = {fate: before.count(fate) if before else 0 for fate in fates}
-
-    @property
-    def oldest_ns(self) -> int:
-        """The earliest stamp of a further observation."""
-        return self._oldest_ns
-
-    @property
-    def last(self) -> Known:
-        """The state after all observations so far."""
-        return self._last
 
     def has(self, stamp_ns: int) -> bool:
         """Return whether an observation of this stamp is remembered."""
@@ -245,11 +240,11 @@ class Track(Stateful):
             sigma_s = [self._model.observation_sigma_s] * len(stamp_ns)
         integrals_s = integrals_s or [()] * len(stamp_ns)
         new = sorted(zip(stamp_ns, phase_s, sigma_s, integrals_s, strict=True))
-        start, kept = self._last, len(self._seen)
+        start, kept = self.last, len(self._seen)
         if self._seen and new and new[0][0] < self._seen[-1][0]:
             start, kept, new = self._base, 0, sorted(new + self._seen)
         way = self._filtered(start, new)
-        self._last = way.after(len(new))
+        self.last = way.after(len(new))
         self._seen = self._seen[:kept] + new
         self._fates = self._fates[:kept] + way.fate.tolist()
         old = len(self._seen) - REMEMBERED
@@ -257,7 +252,7 @@ class Track(Stateful):
             before = self._seen[:old]
             is_new = old >= kept
             run = way if is_new else self._filtered(self._base, before)
-            self._base, self._oldest_ns = run.after(old - kept * is_new), before[-1][0] + 1
+            self._base, self.oldest_ns = run.after(old - kept * is_new), before[-1][0] + 1
             self._counts = {
                 fate: n + self._fates[:old].count(fate) for fate, n in self._counts.items()
             }
@@ -273,13 +268,13 @@ class Track(Stateful):
         return {
             **super().state(),
             'base': _plain(self._base),
-            'last': _plain(self._last),
+            'last': _plain(self.last),
         }
 
     def restore(self, state: State) -> None:
         """Continue from a saved state."""
         super().restore(state)
-        self._base, self._last = self._known(state['base']), self._known(state['last'])
+        self._base, self.last = self._known(state['base']), self._known(state['last'])
 
     def _known(self, plain: tuple[Any, ...]) -> Known:
         stamp_ns, estimate, *fields = plain

@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import math
 from collections import namedtuple
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import combinations_with_replacement, repeat
@@ -112,6 +112,11 @@ class Estimate(NamedTuple, Generic[Real]):
     yy: Real
     yd: Real
     dd: Real
+
+
+def same_fields(like: Estimate[Any], values: Iterable[Any]) -> Estimate[Any]:
+    """Return an estimate of the same class as another, from its values in order."""
+    return type(like)(*values)
 
 
 @cache
@@ -209,10 +214,16 @@ def predict(
     of each covariate [s], `under_way_s` the last part of the time, in which the ship is under way:
     then P also grows by q (t³/3, t²/2; t²/2, t), whatever the time before.
     """
-    size, t, way = 3 + len(model.coefficients), elapsed_s, under_way_s
+    size: int = 3 + len(model.coefficients)
+    t: Any = elapsed_s
+    way: Any = under_way_s
     h = 0.5 * t * t
-    transition = {0: [(1, t), (2, h), *zip(range(3, size), gained_s, strict=True)], 1: [(2, t)]}
-    mean, p = list(now[:size]), [[now[place] for place in row] for row in places(size)]
+    transition: dict[int, list[tuple[int, Any]]] = {
+        0: [(1, t), (2, h), *zip(range(3, size), gained_s, strict=True)],
+        1: [(2, t)],
+    }
+    mean: list[Any] = list(now[:size])
+    p: list[list[Any]] = [[now[place] for place in row] for row in places(size)]
     for row, terms in transition.items():
         for column, factor in terms:
             mean[row] = mean[row] + factor * mean[column]
@@ -225,7 +236,7 @@ def predict(
     p[0][0] = p[0][0] + t * (q1 + t * t * (q2 / 3.0)) + q * (way * way * way / 3.0)
     p[0][1] = p[0][1] + h * q2 + q * (0.5 * way * way)
     p[1][1] = p[1][1] + t * q2 + q * way
-    return now._make((*mean, *(p[i][j] for i, j in pairs(size))))
+    return same_fields(now, (*mean, *(p[i][j] for i, j in pairs(size))))
 
 
 def corrected(
@@ -248,7 +259,9 @@ def corrected(
         return (p[i][j] - gain[i] * p[0][j]) - gain[j] * first_row[i]
 
     mean = (ahead[i] + gain[i] * innovation_s for i in range(size))
-    return ahead._make((*mean, *(less(i, j) + gain[i] * gain[j] * r for i, j in pairs(size))))
+    return same_fields(
+        ahead, (*mean, *(less(i, j) + gain[i] * gain[j] * r for i, j in pairs(size)))
+    )
 
 
 def reopen(ahead: Estimate[Real], innovation_s: Real, elapsed_s: Real) -> Estimate[Real]:
@@ -356,7 +369,7 @@ class Filtered:
         used = np.flatnonzero(fate != REFUSED)
         reopened = np.flatnonzero(fate == REOPENED)
         place = len(used)
-        estimate = self.states._make(float(column[place]) for column in self.states)
+        estimate = same_fields(self.states, (float(column[place]) for column in self.states))
         since = count - int(used[-1]) - 1 if place else count
         outliers = self.refused[count - place - since : count - place]
         return Known(
@@ -428,7 +441,7 @@ def filter_phases(
             integrals += last_integrals
     return Filtered(
         np.array(stamps, np.int64),
-        now._make(np.array(states, np.float64).T),
+        same_fields(now, np.array(states, np.float64).T),
         np.frombuffer(bytes(fate), np.int8),
         start,
         tuple(left_out),

@@ -424,7 +424,8 @@ class LongitudeStage(Stateful):
     def _matched(self) -> dict[str, Samples]:
         """Take from each joined topic the samples up to the stamp that all topics have reached."""
         parts = {topic: cast(TimeSamples, self._held.pop(topic)) for topic in self._joined}
-        if _same_stamps(parts):
+        stamps = [part.stamp_ns for part in parts.values()]
+        if all(np.array_equal(stamps[0], each) for each in stamps):
             return dict(parts)
         horizon_ns = min(self._last_ns[topic] for topic in self._joined)
         for topic, samples in parts.items():
@@ -458,11 +459,6 @@ class LongitudeStage(Stateful):
         places.longitude[has_fix] = fixes.longitude[latest[has_fix]]
         self._held[SHIP_FIX] = take(fixes, slice(max(int(latest[-1]), 0), None))
         return places
-
-
-def _same_stamps(parts: Mapping[str, Samples]) -> bool:
-    reference, *remainder = [part.stamp_ns for part in parts.values()]
-    return all(np.array_equal(reference, stamps) for stamps in remainder)
 
 
 def _only(samples: TimeSamples, which: NDArray[np.bool_]) -> TimeSamples:

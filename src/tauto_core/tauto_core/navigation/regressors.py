@@ -25,7 +25,6 @@ from tauto_core.samples import (
     IntArray,
     JointSamples,
     Samples,
-    State,
     Stateful,
     TemperatureSamples,
     take,
@@ -256,7 +255,9 @@ class Regressors(SampledRegressors):
 
     inputs = (SHIP_IMU,)
     name, valid_s = 'motion', 0.0
-    state_names = (*SampledRegressors.state_names, 'usual', 'swung')
+    state_names = (
+        *SampledRegressors.state_names, 'usual', 'swung', 'mean', 'swing', 'continuity',
+    )  # fmt: skip
 
     def __init__(self, scene: Scene, *, live: bool) -> None:
         laws = {'heave': self._heave, 'roll': _roll}
@@ -264,14 +265,13 @@ class Regressors(SampledRegressors):
         trochlea = scene.trochlea
         plane = 'ship' if trochlea is None else trochlea.thread_plane
         length = 0.0 if trochlea is None else trochlea.thread.swinging_length
-        self._thread = Follower(
-            scene.g,
-            math.sqrt(scene.g / length) if length else 0.0,
-            plane != 'vertical',
-            plane == 'ship',
-            np.full(1, scene.g),
-            np.zeros(2),
-        )
+        self._thread: dict[str, Any] = {
+            'gravity': scene.g,
+            'rate': math.sqrt(scene.g / length) if length else 0.0,
+            'leans': plane != 'vertical',
+            'ship_fixed': plane == 'ship',
+        }
+        self._mean, self._swing = np.full(1, scene.g), np.zeros(2)
         self._swung = False
         self._continuity: Continuity | None = None
         if live:
@@ -340,7 +340,8 @@ class Regressors(SampledRegressors):
         force along the ship's axle, which the thread cannot follow, is subtracted. A thread of
         length l that swings athwart has its angle instead of f_y, 1/(1 - l Ω²/g) times as large.
         """
-        values, thread = np.empty(len(steps)), self._thread
+        values = np.empty(len(steps))
+        thread = Follower(**self._thread, mean=self._mean, swing=self._swing)
         orientation, force = contiguous(imu.orientation), contiguous(imu.linear_acceleration)
         if thread.rate > 0.0 and not self._swung:
             # the thread hangs in the direction of the first force
@@ -355,22 +356,6 @@ class Regressors(SampledRegressors):
         values = np.concatenate((self._piece[-1:], value))
         areas = 0.5 * (np.diff(times) / NS_PER_S)[:, None] * (values[:-1] + values[1:])
         self._extend(stamps, value, areas)
-
-    def state(self) -> State:
-        """Return everything that the next result depends on."""
-        return {
-            **super().state(),
-            'mean': self._thread.mean.copy(),
-            'swing': self._thread.swing.copy(),
-            'continuity': self._continuity and self._continuity.state(),
-        }
-
-    def restore(self, state: State) -> None:
-        """Continue from a saved state."""
-        super().restore(state)
-        self._thread.mean[:], self._thread.swing[:] = state['mean'], state['swing']
-        if self._continuity is not None:
-            self._continuity.restore(state['continuity'])
 
 
 # -----------------------------------------------------------------------------
