@@ -385,10 +385,8 @@ class MotionBuffer(Stateful):
         least_ns = -(-self._step_ns // CROWDED_PART)
         if self._still:
             return None
-        from tauto_core.ship import kernels  # kernels
-
         new = len(self._times) == 0 or times[0] - self._times[-1] >= least_ns
-        if new and kernels.spaced(times, least_ns):
+        if new and np.all(np.diff(times) >= least_ns):
             return None
         past = [int(time) for time in self._times[-2:]]
         is_spaced = np.ones(len(times), np.bool_)

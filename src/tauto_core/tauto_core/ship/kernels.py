@@ -365,15 +365,6 @@ def put(channel: FloatArray, i: int, x: Any) -> None:
 
 
 @entry
-def spaced(times: IntArray, least_ns: int) -> bool:
-    """Return whether neighbouring times are at least `least_ns` apart."""
-    good = True
-    for i in range(len(times) - 1):
-        good &= times[i + 1] - times[i] >= least_ns
-    return good
-
-
-@entry
 def roll_of(
     orientation: FloatArray,
     angular_velocity: FloatArray | None,

@@ -46,26 +46,11 @@ def schedule(scene: Scene) -> IntArray:
     """Return the stamps of the observations [ns], on the log grid, strictly increasing.
 
     In port there is one every `drift.observation_interval`, from the start until setting sail,
-    both included. At each landfall there is one, see `landfalls`. At sea there are lunar distances
-    if the scene has them. A scene without a voyage is in port throughout. Clouds may hide any but
-    landfalls.
+    both included. At each landfall there is one, at the second logged instant after it. At sea
+    there are lunar distances if the scene has them. A scene without a voyage is in port
+    throughout. Clouds may hide any but landfalls.
     """
     return Observations(scene).stamps
-
-
-def landfalls(scene: Scene) -> IntArray:
-    """Return the stamps of the observations at landfalls [ns], in order, up to the end.
-
-    Landfall is logged at the first logged instant after the ship passes the land, and the clock is
-    checked at the next one. The estimate at the landfall is therefore older than the check.
-    """
-    if scene.voyage is None:
-        return np.empty(0, np.int64)
-    interval = scene.log_interval_ns
-    logs = [-(-time // interval) for time in Passage(scene, scene.voyage).landfalls_ns]
-    checked = [interval * (logged + 1) for logged in logs]
-    times = [time for time in checked if time <= scene.duration_ns]
-    return scene.starts_at_ns + np.array(sorted(set(times)), np.int64)
 
 
 class Observations:
@@ -82,7 +67,12 @@ class Observations:
     def __init__(self, scene: Scene) -> None:
         self._seed, drift = scene.seed, scene.drift
         passage = None if scene.voyage is None else Passage(scene, scene.voyage)
-        fixes = landfalls(scene)
+        # landfall is logged at the first logged instant after the ship passes the land, and the
+        # clock is checked at the next one: the estimate at the landfall is older than the check
+        log_ns, passed = scene.log_interval_ns, () if passage is None else passage.landfalls_ns
+        checked = {log_ns * (1 - (-time // log_ns)) for time in passed}
+        in_scene = sorted(time for time in checked if time <= scene.duration_ns)
+        fixes = scene.starts_at_ns + np.array(in_scene, np.int64)
         end = scene.duration_ns if passage is None else min(passage.sails_ns, scene.duration_ns)
         interval = nanoseconds(drift.observation_interval)
         in_port = scene.starts_at_ns + np.arange(0, end + 1, interval, dtype=np.int64)
