@@ -149,11 +149,13 @@ def first_loss(ends: FloatArray, slopes: FloatArray) -> tuple[int, float] | None
     for stretch in np.flatnonzero(low <= 0.0).tolist():
         if a[stretch] <= 0.0:
             return stretch, 0.0
-        roots = np.roots(cubics[:, stretch])
+        # the rounding of a cubic, and of its roots
+        cubic = cubics[:, stretch]
+        roots = np.roots(np.where(np.abs(cubic) > 1e-14 * np.abs(cubic).max(), cubic, 0.0))
         real = roots.real[np.abs(roots.imag) < 1e-9]
-        shares = real[(real > 0.0) & (real <= 1.0 + 1e-12)]
+        shares = real[(real > -1e-12) & (real < 1.0 + 1e-12)]
         if shares.size:
-            return stretch, min(float(shares.min()), 1.0)
+            return stretch, min(max(float(shares.min()), 0.0), 1.0)
     return None
 
 
