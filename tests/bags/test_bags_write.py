@@ -244,20 +244,6 @@ def test_a_folder_has_one_writer(tmp_path: Path, there: bool) -> None:
     assert [entry.name for entry in tmp_path.iterdir()] == ['voyage']
 
 
-def test_writers_that_start_at_once_do_not_overwrite_each_other(tmp_path: Path) -> None:
-    """The second was made, and so allowed, before the first began."""
-    folder = write(tmp_path / 'voyage', all_batches(2))
-    first, second = BagWriter(folder, force=True), BagWriter(folder, force=True)
-    with first:
-        with pytest.raises(BagPlaceError, match='being written'):
-            second.__enter__()
-        first.write(all_batches(3))
-    assert check_bag(folder).whole
-    with second:
-        second.write(all_batches(4))
-    assert read_bag(folder).counts['/ship/imu'] == 4
-
-
 KILLED = """
     import os, signal, sys
     from pathlib import Path

@@ -24,7 +24,7 @@ from sensor_msgs.msg import Imu, TimeReference
 from std_msgs.msg import Float64
 from std_srvs.srv import Trigger
 
-from tauto_core.bags import BagWriter, check_bag, encode, read_bag
+from tauto_core.bags import check_bag, encode, read_bag
 from tauto_core.clockwork import LiveTrochlea
 from tauto_core.samples import PHASE, READING, SCENE, SHIP_IMU, TimeSamples
 from tauto_core.scene import load_scene
@@ -322,19 +322,6 @@ def test_a_player_publishes_a_clock_that_only_rises(bench: Bench, minute: Path) 
     bench.until(lambda: player.over)
     assert len(told) > 2  # one a tick, of which a busy machine grants few
     assert told == sorted(set(told))
-
-
-def test_recorder_replaces_a_bag_only_with_force(ros: Any, minute: Path, tmp_path: Path) -> None:
-    ros(())
-    folder = tmp_path / 'bag'
-    with BagWriter(folder) as bag:
-        bag.write({READING: read_bag(minute).samples(READING)})
-    with pytest.raises(BagError, match='exists already'):
-        RecorderNode(**overrides(output=str(folder)))
-    recorder = RecorderNode(**overrides(output=str(folder), force=True))
-    assert read_bag(folder).counts == {'/clock/reading': 61}
-    recorder.close()
-    assert read_bag(folder).counts == {}
 
 
 @pytest.mark.parametrize(

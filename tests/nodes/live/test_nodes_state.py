@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import PATIENCE_S, Bench, overrides, start
+from conftest import DRIFT, PATIENCE_S, Bench, overrides, start
 from rclpy.node import Node
 from test_nodes_faults import FOREIGN, START_NS, send, still_sensor, with_sensor
 
@@ -26,6 +26,7 @@ from tauto_nodes.live.node import port
 from tauto_nodes.live.stages import DriftEstimatorNode, StateFile, TrochleaNode
 
 SCENE = load_scene('measured')
+FELT = load_scene('measured', drift=DRIFT)
 
 
 def test_all_stages_go_on_from_the_file_bit_for_bit(tmp_path: Path) -> None:
@@ -37,6 +38,7 @@ def test_all_stages_go_on_from_the_file_bit_for_bit(tmp_path: Path) -> None:
     makers: list[Any] = [
         lambda: LiveTrochlea(SCENE),
         lambda: DriftStage(SCENE, expect_schedule=False),
+        lambda: DriftStage(FELT, expect_schedule=False),
         lambda: LongitudeStage(SCENE, expect_fix=False),
     ]
     for make in makers:
@@ -49,7 +51,7 @@ def test_all_stages_go_on_from_the_file_bit_for_bit(tmp_path: Path) -> None:
         for half in halves[:1]:
             first.feed(half)
             whole.feed(half)
-        file = StateFile(tmp_path, f'/ours/{type(first).__name__}', SCENE)
+        file = StateFile(tmp_path, f'/ours/{len(list(tmp_path.iterdir()))}', SCENE)
         assert file.load() is None
         file.save(first.state())
         second = make()

@@ -118,23 +118,6 @@ def test_bad_parameters_end_with_2_and_no_traceback() -> None:
         assert 'Traceback' not in words
 
 
-def test_a_signal_stops_the_graph_and_keeps_the_bag(tmp_path: Path) -> None:
-    out = tmp_path / 'bag'
-    process = graph_into(out, '--speed', '20', '--namespace', 'h4')
-    until(lambda: is_recording(out))
-    nodes = nodes_under(process.pid)
-    assert len(nodes) == 5
-    process.send_signal(signal.SIGTERM)
-    _, words = process.communicate(timeout=PATIENCE_S)
-    assert process.returncode == 128 + signal.SIGTERM, words
-    assert 'stopped early' in words
-    bag = read_bag(out)
-    assert bag.warnings == ()
-    assert bag.namespace == 'h4'
-    assert bag.counts['/h4/scene'] == 1
-    until(lambda: not any(alive(pid) for pid in nodes))
-
-
 def test_no_orphans_when_the_supervisor_is_killed(tmp_path: Path) -> None:
     out = tmp_path / 'bag'
     process = subprocess.Popen(

@@ -13,6 +13,8 @@ import sys
 import termios
 from pathlib import Path
 
+from tauto_core.bags import read_bag
+
 HIDDEN, SHOWN = b'\x1b[?25l', b'\x1b[?25h'
 
 
@@ -57,12 +59,13 @@ class Terminal:
 
 
 def test_ctrl_c_gives_the_terminal_back(tmp_path: Path) -> None:
-    """A bar is shown while the graph sails."""
+    """A bar is shown while the graph sails. The bag is closed."""
     command = [sys.executable, '-m', 'tauto_core', 'graph', 'measured', '--speed', '10']
+    command += ['--namespace', 'h4']
     out = tmp_path / 'bag'
     terminal = Terminal([*command, '--out', str(out)], TERM='xterm-256color')
     try:
-        while not list(out.glob('*.mcap')):
+        while not any(file.stat().st_size > 2000 for file in out.glob('*.mcap')):
             assert terminal.read(), terminal.written
         terminal.press(b'\x03')
         assert terminal.end() == 128 + signal.SIGINT
@@ -71,3 +74,5 @@ def test_ctrl_c_gives_the_terminal_back(tmp_path: Path) -> None:
     assert b'measured' in terminal.written
     assert terminal.written.rfind(SHOWN) >= terminal.written.rfind(HIDDEN) >= 0
     assert b'stopped early' in terminal.written
+    bag = read_bag(out)
+    assert (bag.warnings, bag.namespace, bag.counts['/h4/scene']) == ((), 'h4', 1)
