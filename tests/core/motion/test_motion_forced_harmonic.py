@@ -214,8 +214,9 @@ def mirrored(rolls: list[dict[str, float]]) -> list[dict[str, float]]:
     return [{**roll, 'phase': roll['phase'] + np.pi} for roll in rolls]
 
 
-@pytest.mark.parametrize('period', [9.0, 4.5, 7.3])
-@pytest.mark.parametrize(('interval', 'logged'), [(1.0, 180), (0.7, 257)])
+@pytest.mark.parametrize(
+    ('period', 'interval', 'logged'), [(9.0, 1.0, 180), (4.5, 1.0, 180), (7.3, 0.7, 257)]
+)
 @pytest.mark.parametrize('mirror', [False, True])
 def test_a_wheel_that_touches_zero_does_not_pass_it(period, interval, logged, mirror):
     """After a whole number of both periods it is at rest in the middle again, as at the release.
@@ -229,7 +230,7 @@ def test_a_wheel_that_touches_zero_does_not_pass_it(period, interval, logged, mi
     assert counted_of(scene) == passed(rolls, 0.0, duration)
 
 
-@pytest.mark.parametrize('seed', range(20))
+@pytest.mark.parametrize('seed', range(8))
 def test_small_releases_pass_zero_as_the_closed_form_says(seed):
     """Half of them at 0, with a near touch at each return to the middle, and mirror images."""
     draw = random.Random(seed)

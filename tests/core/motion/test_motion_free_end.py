@@ -21,18 +21,15 @@ from tauto_core.checks.cost import accuracy_reached
 from tauto_core.machines import Machine, compile_machine
 from tauto_core.motion import make_propagator, sweeps_for
 from tauto_core.motion.collocation import Collocation
-from tauto_core.motion.forcing import SPANNED
 from tauto_core.motion.free_end import (
     NEAR_BENT,
     FreeEndCollocation,
-    _joined,
     free_end_of,
     takes_free_ends,
 )
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import ABSENT
 from tauto_core.scene.times import DAY_S
-from tauto_core.voyage import sail
 
 FORCE = {
     'cam': {'kind': 'hole', 'lever_rate': 0.01},
@@ -83,6 +80,11 @@ CASES = {
         'trochlea': CHEEK,
         'drag': {'viscous': 1e-5},
         'escapement': {**IMPULSE, 'angle': -0.1},
+    },
+    'an unbalanced wheel': {
+        'trochlea': {**WEIGHT, 'imbalance': {'moment': 2e-4, 'direction': 0.4}},
+        'drag': {'viscous': 1e-5},
+        'escapement': IMPULSE,
     },
     'a swing that grows': {
         'trochlea': {**WEIGHT, 'release_angle': 0.5},
@@ -135,16 +137,6 @@ def test_chunks_and_saved_states_have_the_same_bits(name, log, spans):
         return FreeEndCollocation(machine, None, 3)
 
     assert_same_bits(moved_in_chunks(make, forcing, spans), moved(make(), forcing))
-
-
-def test_the_forcing_of_two_chunks_joins():
-    _, forcing = forced(CASES['a force'], duration=16.0)
-    joined = _joined(forcing.part(0, 3), forcing.part(3))
-    for name in SPANNED:
-        wanted = getattr(forcing, name)
-        assert (getattr(joined, name) is None) == (wanted is None)
-        if wanted is not None:
-            np.testing.assert_array_equal(getattr(joined, name), wanted)
 
 
 ROUGH = {
@@ -225,15 +217,6 @@ def test_on_land_hours_keep_the_rate_of_the_driver(trochlea, escapement):
     assert angles[0] == pytest.approx(angles[1], abs=1e-9)
 
 
-def test_an_unbalanced_wheel_steps_as_the_driver_does():
-    """Its well is lowest away from the middle."""
-    imbalance = {'moment': 2e-4, 'direction': 0.4}
-    case = {'trochlea': {**WEIGHT, 'imbalance': imbalance}, 'escapement': IMPULSE}
-    machine, forcing = forced({**case, 'drag': {'viscous': 1e-5}}, duration=24.0)
-    found = moved(FreeEndCollocation(machine, None, 6), forcing)
-    assert_same_swing(found, moved(Collocation(machine), forcing), 1e-9)
-
-
 def test_the_tolerance_or_a_number_of_sweeps_decides():
     machine, _ = forced(CASES['a force'], duration=8.0)
     chosen = {
@@ -252,16 +235,6 @@ def test_the_tolerance_or_a_number_of_sweeps_decides():
     tolerances = None, 2e-12, 1e-9, 1e-7, 1e-6, 1e-4
     assert [sweeps_for(each) for each in tolerances] == [0, 0, 3, 3, 2, 2]
     assert [sweeps_for(each, strong=True) for each in tolerances] == [0, 0, 0, 3, 3, 3]
-
-
-def test_the_coarsest_accuracy_keeps_a_weight_in_a_winter_s_sea():
-    """The ship sails after a day. With a single sweep the dial gains 280 s in half of one more."""
-    errors = []
-    for accuracy in (1.0, 1e-3):
-        keys = {'ship.rate': 4.0, 'solver.accuracy': accuracy}
-        scene = load_scene('clock_involute_weight', duration=1.5 * 86400.0, **keys)
-        errors.append(sail(scene, judge=False).result['clock']['error_s'])
-    assert errors[0] == pytest.approx(errors[1], abs=1.5)
 
 
 @pytest.mark.parametrize(

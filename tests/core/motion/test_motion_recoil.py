@@ -213,38 +213,6 @@ def comings(theta: np.ndarray, angle: float) -> int:
     return int(np.count_nonzero(exits & (np.sign(theta[1:]) * theta[:-1] < angle)))
 
 
-HANGING = {
-    'cam': {'kind': 'involute', 'base_radius': 0.005},
-    'thread': {'kind': 'hanging', 'length': 1.0},
-    'power': {'kind': 'weight', 'mass': 0.322},
-}
-LEVER = {
-    'cam': {'kind': 'involute', 'base_radius': 0.020},
-    'thread': {'kind': 'lever', 'arm': 0.100, 'weight_arm': 0.150, 'length': 0.300},
-    'power': {'kind': 'weight', 'mass': 0.05},
-}
-
-
-@pytest.mark.parametrize(
-    ('machine', 'roll', 'period'),
-    [(HANGING, 0.3, 6.0), (LEVER, 0.1, 1.6)],
-    ids=['hanging', 'lever'],
-)
-def test_pallets_alternate_on_any_thread(machine, roll, period):
-    scene = scene_of(
-        trochlea={'release_angle': 0.3, **machine},
-        ship={**AT_SEA, 'components': [{'amplitude': roll, 'period': period, 'phase': 0.4}]},
-        escapement={'kind': 'impulse', 'energy': 1e-5, 'angle': 0.15},
-        drag={'viscous': 1e-4},
-        duration=30.0,
-        log={'interval': 0.05},
-    )
-    found, struck = impulses(scene)
-    assert len(struck) > 5
-    assert set(np.diff(struck)) == {-2, 2}
-    assert len(struck) + 1 < comings(found, 0.15)
-
-
 def test_recoil_starts_a_wheel_released_in_the_middle():
     """A release at 0 counts as +, and the tooth drives the wheel to −."""
     sections = {
