@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from decimal import Decimal, localcontext
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import Polynomial
@@ -47,7 +47,6 @@ from tauto_core.motion.linear import (
     Oscillator,
     Path,
     SpanShape,
-    Swing,
     U,
     into_frame,
     oscillator,
@@ -73,17 +72,7 @@ WHEEL_STATE = [
     *((name, 'f8') for name in ('angle', 'rate', 'bend')),
     *((name, 'i8') for name in ('turns', 'beats')),
 ]
-
-
-class WheelState(Swing, Protocol):
-    """The running state, a record: Y, θ, θ̇, θ̈, and the numbers of turns and of beats."""
-
-    angle: float
-    rate: float
-    bend: float
-    turns: int
-    beats: int
-
+"""The running state: Y, θ, θ̇, θ̈, and the numbers of turns and of beats."""
 
 BEYOND_SAMPLES = 1.5
 """Smallest bound of u, and of u̇, between samples, over the largest sample.
@@ -182,7 +171,7 @@ def count_passages(
     step_s: float,
     path: Path,
     logged: NDArray[np.bool_],
-    wheel: WheelState,
+    wheel: Any,
     counts: IntArray,
 ) -> tuple[bool, int, float]:
     """Count passages over propagated spans, and update θ, θ̇, θ̈ and the counters.
@@ -362,7 +351,7 @@ def _count_run(
     last_span: int,
     begin: Angle,
     end: Angle,
-    wheel: WheelState,
+    wheel: Any,
 ) -> None:
     """Count the passages of a run of calm spans.
 
@@ -385,7 +374,7 @@ def _count_in_parts(
     k: int,
     at_begin: Angle,
     at_end: Angle,
-    wheel: WheelState,
+    wheel: Any,
 ) -> float:
     """Count the passages of span k part by part. Return its fraction at the cam's edge, or 2."""
     of, shape, (y, frame, _) = well.of, spans.shape[k], path
@@ -416,7 +405,7 @@ def _count_in_parts(
 
 
 @compiled
-def _count_part(well: LinearWell, step: float, then: Angle, now: Angle, wheel: WheelState) -> None:
+def _count_part(well: LinearWell, step: float, then: Angle, now: Angle, wheel: Any) -> None:
     """Count the passages of θ in a part [s]. Leaving zero from rest does not count."""
     below, below_now = then.angle < 0.0, now.angle < 0.0
     if below != below_now:

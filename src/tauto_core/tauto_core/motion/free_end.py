@@ -70,7 +70,6 @@ from tauto_core.motion.stepping import (
     OK,
     ROW,
     STRUCK,
-    LoggedRow,
     Model,
     Spans,
     bounds_of,
@@ -271,7 +270,7 @@ WAITS = 15
 
 @inlined
 def _to_row(
-    run: SteppedRun, swing: FreeHalfSwing, free: FreeState, free_end: FreeEnd, row: LoggedRow
+    run: SteppedRun, swing: FreeHalfSwing, free: FreeState, free_end: FreeEnd, row: Any
 ) -> int:
     """Write the row at the end of the last span if it precedes the impulse. The state stays."""
     wheel, omega, state, work = swing.system, run.omega, run.state, run.work

@@ -129,16 +129,6 @@ class Mode(NamedTuple):
     pallet: float
 
 
-class PlaneRotation(Protocol):
-    """The rotation of a plane over a step of length h [s]: cos ωh and sin ωh, twofold."""
-
-    h: float
-    cos: float
-    cos_rest: float
-    sin: float
-    sin_rest: float
-
-
 class Work(Protocol):
     """The workspace record in compiled code. A row has one number per stage unless noted.
 
@@ -157,7 +147,8 @@ class Work(Protocol):
         cosine, sine: of ωt at the stages, a row for each plane of WHOLE_STEP, then of PART_STEP.
         nodes: a record of the system's rows.
         end: X and Y of each plane at the end of a step.
-        rotations: over a step, for each plane of WHOLE_STEP, then of PART_STEP.
+        rotations: records of ROTATION, cos ωh and sin ωh of a step of length h [s], twofold, for
+            each plane of WHOLE_STEP, then of PART_STEP.
     """
 
     coefficients: FloatArray
@@ -181,7 +172,7 @@ class Work(Protocol):
     sine: FloatArray
     nodes: Any
     end: Planes
-    rotations: Sequence[PlaneRotation]
+    rotations: Any
 
 
 def make_work(

@@ -19,7 +19,7 @@ import math
 from collections.abc import Sequence
 from decimal import Decimal, localcontext
 from functools import lru_cache
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -304,15 +304,7 @@ def _product(a: FloatArray, b: FloatArray) -> FloatArray:
 
 FOUR = 0, 1, 2, 3
 STATE = [('re', 'f8'), ('im', 'f8'), ('lost_re', 'f8'), ('lost_im', 'f8')]
-
-
-class Swing(Protocol):
-    """The running state in kernels, a record of `STATE`: Y, and the rounding of its last sum."""
-
-    re: float
-    im: float
-    lost_re: float
-    lost_im: float
+"""The running state in kernels: Y, and the rounding of its last sum."""
 
 
 class Oscillator(NamedTuple):
@@ -389,7 +381,7 @@ def propagate(of: Oscillator, spans: DrivenSpans, state: NDArray[np.void]) -> Pa
 
 
 @entry
-def _propagate(of: Oscillator, spans: DrivenSpans, state: Swing, path: Path) -> None:
+def _propagate(of: Oscillator, spans: DrivenSpans, state: Any, path: Path) -> None:
     """Fill in the path: b and frame of each span separately, then Y from span to span."""
     k, n = 0, len(spans.end_ns)
     turns = np.empty(n + 1, np.uint64)
@@ -467,7 +459,7 @@ def _four_products(spans: DrivenSpans, k: int, out: FloatArray) -> None:
 
 
 @compiled
-def _sum_up(spans: DrivenSpans, state: Swing, path: Path) -> None:
+def _sum_up(spans: DrivenSpans, state: Any, path: Path) -> None:
     """Fill in Y by compensated summation (W. Kahan, Comm. ACM 8 (1965) 40)."""
     y, frame, decay = path.y, path.frame, spans.responses.decay
     now = state.re, state.im, state.lost_re, state.lost_im

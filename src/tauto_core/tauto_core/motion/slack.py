@@ -32,7 +32,6 @@ from tauto_core.motion.stepping import (
     ROW,
     SLACK,
     TOLERANCE,
-    LoggedRow,
     Model,
     Spans,
     ahead,
@@ -187,7 +186,7 @@ def write_one(
     x: float,
     state: RunningState,
     work: Work,
-    row: LoggedRow,
+    row: Any,
 ) -> None:
     """Write the row at x of the first piece."""
     at = outside_at(set_piece(pieces, 0, True, work)[1], x, work)

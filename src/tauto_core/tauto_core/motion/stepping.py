@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -369,19 +369,6 @@ ROW = np.dtype(
 """A logged instant: fields of `Instant`, turns and beats since the release."""
 
 
-class LoggedRow(Protocol):
-    """A record of ROW in compiled code."""
-
-    angle: float
-    rate: float
-    torque: float
-    coordinate: float
-    speed: float
-    acceleration: float
-    turns: int
-    beats: int
-
-
 MAX_EVENTS = 10_000
 """Most consecutive crowded events (`events.CROWDED`)."""
 
@@ -478,7 +465,7 @@ def _move(
 
 
 @inlined
-def fill_row(now: Instant, turns: int, beats: int, row: LoggedRow) -> None:
+def fill_row(now: Instant, turns: int, beats: int, row: Any) -> None:
     """Fill a row with the system at an instant."""
     row.angle, row.rate, row.torque = now.angle, now.rate, now.torque
     row.coordinate, row.speed, row.acceleration = now.coordinate, now.speed, now.acceleration
@@ -486,7 +473,7 @@ def fill_row(now: Instant, turns: int, beats: int, row: LoggedRow) -> None:
 
 
 @compiled
-def write_row(run: SteppedRun, at: Inputs, row: LoggedRow) -> None:
+def write_row(run: SteppedRun, at: Inputs, row: Any) -> None:
     """Fill a row with the system at an instant."""
     state, mode = run.state, mode_of(run.state)
     is_held = run.system.sticks and state.held
@@ -509,7 +496,7 @@ def release(
     x0: float,
     state: RunningState,
     work: Work,
-    row: LoggedRow,
+    row: Any,
 ) -> float:
     """Set the state to rest in the case at θ = angle, at x0 in the first piece.
 

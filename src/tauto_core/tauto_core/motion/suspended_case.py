@@ -38,7 +38,6 @@ from tauto_core.motion.linear import (
     LinearLaw,
     Oscillator,
     SpanShape,
-    Swing,
     U,
     add_up,
     cosine_sine,
@@ -518,8 +517,8 @@ def _move_modes(
     sway: FloatArray,
     lift: FloatArray,
     table: _Parts,
-    slow_swing: Swing,
-    second: Swing,
+    slow_swing: Any,
+    second: Any,
     motion: CaseMotion,
 ) -> None:
     """Move both modes over all parts, and fill in the motion at their ends.
