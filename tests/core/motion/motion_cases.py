@@ -37,6 +37,22 @@ SEA = {
     'height': 2.5,
 }
 
+LEVER_WHEEL = {
+    'cam': {'kind': 'involute', 'base_radius': 0.02},
+    'power': {'kind': 'weight', 'mass': 0.05},
+}
+LEVER = {
+    **LEVER_WHEEL,
+    'thread': {'kind': 'lever', 'arm': 0.1, 'weight_arm': 0.15, 'length': 0.3},
+}
+LONG_THREAD = {
+    'cam': {'kind': 'involute', 'base_radius': 0.005},
+    'power': {'kind': 'weight', 'mass': 0.322},
+    'thread': {'kind': 'hanging', 'length': 1.5},
+}
+STIFF = {'kind': 'weight_and_spring', 'mass': 0.322, 'stiffness': 300.0}
+"""Weight and spring of the long thread."""
+
 TOO_SMALL_TO_MATTER = {'viscous': 1e-300, 'quadratic': 1e-300}
 """Drag that sends a machine through the general engine, all through the same kernel."""
 

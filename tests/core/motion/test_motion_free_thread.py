@@ -6,7 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 from motion_cases import (
+    LEVER,
+    LONG_THREAD,
     SEA,
+    STIFF,
     assert_same_bits,
     assert_same_swing,
     moved,
@@ -26,17 +29,6 @@ from tauto_core.scene import load_scene
 from tauto_core.scene.errors import ABSENT
 from tauto_core.ship import ShipMotion
 
-WHEEL = {
-    'cam': {'kind': 'involute', 'base_radius': 0.02},
-    'power': {'kind': 'weight', 'mass': 0.05},
-}
-LEVER = {**WHEEL, 'thread': {'kind': 'lever', 'arm': 0.1, 'weight_arm': 0.15, 'length': 0.3}}
-LONG = {
-    'cam': {'kind': 'involute', 'base_radius': 0.005},
-    'power': {'kind': 'weight', 'mass': 0.322},
-    'thread': {'kind': 'hanging', 'length': 1.5},
-}
-STIFF = {'kind': 'weight_and_spring', 'mass': 0.322, 'stiffness': 300.0}
 HELD: dict[str, Any] = {
     'drag': {'viscous': 1e-5},
     'escapement': {'kind': 'impulse', 'energy': 1e-4, 'angle': 0.1},
@@ -49,8 +41,8 @@ CASES: dict[str, tuple[Any, Any]] = {
     'lever': (LEVER, HELD),
     'lever, recoil': (LEVER, RECOILING),
     'lever, own cam': ({**LEVER, 'cam': {'kind': 'lever_corrected', 'period': 1.0}}, HELD),
-    'long thread': (LONG, HELD),
-    'long thread, spring': ({**LONG, 'power': STIFF}, HELD),
+    'long thread': (LONG_THREAD, HELD),
+    'long thread, spring': ({**LONG_THREAD, 'power': STIFF}, HELD),
 }
 LOST: Any = (
     {**LEVER, 'release_angle': 0.2},
@@ -145,7 +137,7 @@ def test_the_tolerance_and_the_machine_decide() -> None:
     driver = make_propagator(machine, still=False, tolerance=1e-3, sweeps=0)
     assert type(driver) is RealThreads
     quadratic = {**HELD, 'drag': {'viscous': 1e-5, 'quadratic': 1e-5}}
-    damped = {**LONG, 'thread': {'kind': 'hanging', 'length': 1.5, 'damping_ratio': 0.5}}
+    damped = {**LONG_THREAD, 'thread': {'kind': 'hanging', 'length': 1.5, 'damping_ratio': 0.5}}
     for case in ((LEVER, quadratic), (LEVER, {}), (damped, HELD)):
         machine, _ = forced(case, duration=3.0)
         assert not thread_takes_free_ends(machine)

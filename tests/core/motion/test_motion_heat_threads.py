@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from motion_cases import on_land, scene_of
+from motion_cases import LEVER, LEVER_WHEEL, LONG_THREAD, on_land, scene_of
 from test_motion_heat import first_spans, warmed
 from test_motion_systems import at_sea
 from thread_references import HangingReference, Inputs, LeverReference, swing
@@ -24,17 +24,7 @@ from tauto_core.machines import HangingMachine, LeverMachine, compile_machine
 from tauto_core.machines.heat import NO_HEAT
 from tauto_core.motion import make_propagator, propagator_name
 
-WHEEL = {
-    'cam': {'kind': 'involute', 'base_radius': 0.02},
-    'power': {'kind': 'weight', 'mass': 0.05},
-}
-LEVER = {**WHEEL, 'thread': {'kind': 'lever', 'arm': 0.1, 'weight_arm': 0.15, 'length': 0.3}}
-HANGING = {
-    'cam': {'kind': 'involute', 'base_radius': 0.005},
-    'power': {'kind': 'weight', 'mass': 0.322},
-    'thread': {'kind': 'hanging', 'length': 1.5},
-}
-DAMPED = {**WHEEL, 'thread': {'kind': 'hanging', 'length': 0.3, 'damping_ratio': 0.3}}
+DAMPED = {**LEVER_WHEEL, 'thread': {'kind': 'hanging', 'length': 0.3, 'damping_ratio': 0.3}}
 DRIVEN = {
     'drag': {'viscous': 1e-5, 'quadratic': 1e-5, 'oil': {'thins_per_kelvin': 0.035}},
     'escapement': {'kind': 'impulse', 'energy': 1e-4, 'angle': 0.1, 'rest': {'recoil': 1e-4}},
@@ -49,9 +39,12 @@ MACHINES: dict[str, Any] = {
     ),
     'lever of brass, oil, recoil': ({**LEVER, **BRASS}, DRIVEN),
     'lever, oil that ages': (LEVER, AGEING),
-    'thread, zinc': ({**HANGING, 'material': 'zinc'}, {}),
-    'thread, cam of zinc alone': ({**DAMPED, 'cam': {**WHEEL['cam'], 'material': 'zinc'}}, {}),
-    'thread, brass, oil, recoil': ({**HANGING, **BRASS}, DRIVEN),
+    'thread, zinc': ({**LONG_THREAD, 'material': 'zinc'}, {}),
+    'thread, cam of zinc alone': (
+        {**DAMPED, 'cam': {**LEVER_WHEEL['cam'], 'material': 'zinc'}},
+        {},
+    ),
+    'thread, brass, oil, recoil': ({**LONG_THREAD, **BRASS}, DRIVEN),
 }
 
 

@@ -7,7 +7,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from motion_cases import SEA, on_land, run, sampled, scene_of
+from motion_cases import (
+    LEVER,
+    LEVER_WHEEL,
+    LONG_THREAD,
+    SEA,
+    STIFF,
+    on_land,
+    run,
+    sampled,
+    scene_of,
+)
 from thread_references import HELD, reference_of, swing
 
 from tauto_core.machines import LeverMachine, compile_machine
@@ -16,23 +26,12 @@ from tauto_core.motion.real_threads import RealThreads
 from tauto_core.scene.errors import PropagationError, SceneError
 
 GOLDEN = json.loads((Path(__file__).parents[1] / 'golden.json').read_text())['entries']
-WHEEL = {
-    'cam': {'kind': 'involute', 'base_radius': 0.02},
-    'power': {'kind': 'weight', 'mass': 0.05},
-}
-LEVER = {**WHEEL, 'thread': {'kind': 'lever', 'arm': 0.1, 'weight_arm': 0.15, 'length': 0.3}}
 ARC = {'kind': 'lever', 'arc': 0.1, 'weight_arm': 0.15, 'length': 0.3, 'inertia': 2e-4}
 ARC = {**ARC, 'tail': {'mass': 0.03, 'distance': 0.08}}
-HANGING = {**WHEEL, 'thread': {'kind': 'hanging', 'length': 0.3}, 'release_angle': 1.2}
-LONGER = {
-    'cam': {'kind': 'involute', 'base_radius': 0.005},
-    'power': {'kind': 'weight', 'mass': 0.322},
-    'thread': {'kind': 'hanging', 'length': 1.5},
-}
+HANGING = {**LEVER_WHEEL, 'thread': {'kind': 'hanging', 'length': 0.3}, 'release_angle': 1.2}
 DAMPED = {**HANGING, 'thread': {'kind': 'hanging', 'length': 0.3, 'damping_ratio': 0.3}}
-LONGER_DAMPED = {**LONGER, 'thread': {'kind': 'hanging', 'length': 1.5, 'damping_ratio': 1.5}}
+LONG_DAMPED = {**LONG_THREAD, 'thread': {'kind': 'hanging', 'length': 1.5, 'damping_ratio': 1.5}}
 SPRUNG = {'kind': 'weight_and_spring', 'mass': 0.05, 'stiffness': 40.0}
-STIFF = {'kind': 'weight_and_spring', 'mass': 0.322, 'stiffness': 300.0}
 RECOILING = {
     'drag': {'viscous': 2e-5, 'quadratic': 1e-5},
     'escapement': {'kind': 'impulse', 'energy': 1e-5, 'angle': 0.2, 'rest': {'recoil': 4e-4}},
@@ -42,11 +41,11 @@ RECOILING = {
 CASES = {
     'lever, drag, escapement': (LEVER, HELD),
     'lever, drag, recoil': (LEVER, RECOILING),
-    'long thread': (LONGER, {}),
-    'long thread, damped, drag, escapement': (LONGER_DAMPED, HELD),
-    'long thread, drag, recoil': (LONGER, RECOILING),
+    'long thread': (LONG_THREAD, {}),
+    'long thread, damped, drag, escapement': (LONG_DAMPED, HELD),
+    'long thread, drag, recoil': (LONG_THREAD, RECOILING),
     'short thread, spring, damped': ({**DAMPED, 'power': SPRUNG}, {}),
-    'long thread, spring, drag, escapement': ({**LONGER, 'power': STIFF}, HELD),
+    'long thread, spring, drag, escapement': ({**LONG_THREAD, 'power': STIFF}, HELD),
 }
 
 
@@ -65,7 +64,7 @@ def test_at_sea_against_dop853_on_the_same_samples(name):
     assert np.ptp(found.angle) > 1.0
 
 
-@pytest.mark.parametrize('trochlea', [LEVER, LONGER], ids=['lever', 'long thread'])
+@pytest.mark.parametrize('trochlea', [LEVER, LONG_THREAD], ids=['lever', 'long thread'])
 @pytest.mark.parametrize('amplitude', [-0.1, 1e-3])
 def test_beats_are_counted_whatever_the_swing(trochlea, amplitude):
     """Signs of DOP853's angle every 20 ms. The sea makes far larger swings than the smallest."""
@@ -137,7 +136,7 @@ def test_two_hundred_swings_of_the_lever_on_land_two_ways(thread):
     assert exact.half_turns[-1] > 300
 
 
-@pytest.mark.parametrize('trochlea', [LONGER, {**HANGING, 'power': SPRUNG}])
+@pytest.mark.parametrize('trochlea', [LONG_THREAD, {**HANGING, 'power': SPRUNG}])
 def test_energy_is_kept_on_land(trochlea):
     """Over a thousand swings, 12 000 steps at the default tolerance lose less than 1e-12."""
     machine = compile_machine(scene_of(trochlea=trochlea))
@@ -165,7 +164,7 @@ def test_slack_threads_and_ends_of_the_geometry_are_errors():
     heave = {'kind': 'components', 'heave': [{'amplitude': 40.0, 'period': 10.0}], 'height': 3.0}
     # heave 40 cos(Ωt): z̈ = −15.8 m/s² at the start, then a quarter of a period until g is left
     upward = {**heave, 'heave': [{'amplitude': 40.0, 'period': 10.0, 'phase': math.pi / 2}]}
-    for trochlea in ({**LEVER, 'slack': 'stop'}, {**LONGER, 'slack': 'stop'}):
+    for trochlea in ({**LEVER, 'slack': 'stop'}, {**LONG_THREAD, 'slack': 'stop'}):
         scene = scene_of(trochlea=trochlea, ship=heave, duration=20.0)
         with pytest.raises(PropagationError, match='thread went slack'):
             run(scene)
@@ -181,13 +180,13 @@ def test_slack_threads_and_ends_of_the_geometry_are_errors():
     assert 0.0 < caught.value.time_s < 20.0
     thread = {'kind': 'hanging', 'length': 0.02}
     with pytest.raises(PropagationError, match='wound up'):
-        run(scene_of(trochlea={**WHEEL, 'thread': thread}, duration=20.0, **strong))
+        run(scene_of(trochlea={**LEVER_WHEEL, 'thread': thread}, duration=20.0, **strong))
 
 
 def test_a_release_that_the_tilt_puts_beyond_is_refused():
     thread = {'kind': 'hanging', 'length': 0.011}
     ship = {'kind': 'components', 'components': [{'amplitude': 0.2, 'period': 8.0}]}
-    scene = scene_of(trochlea={**WHEEL, 'thread': thread, 'release_angle': 1.0}, ship=ship)
+    scene = scene_of(trochlea={**LEVER_WHEEL, 'thread': thread, 'release_angle': 1.0}, ship=ship)
     machine = replace(compile_machine(scene), release_angle=1.0)
     spans = sampled(scene)
     with pytest.raises(PropagationError, match=r'beyond ±1\.04355'):

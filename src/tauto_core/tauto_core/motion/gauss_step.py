@@ -238,12 +238,9 @@ _TERMS = 14
 # Halvings of the angle before its series, and doublings of the result after it.
 _HALVINGS = 3
 
-_SINE = (1.0, -1 / 6, 1 / 120, -1 / 5040, 1 / 362880, -1 / 39916800, 1 / 6227020800)
-_SINE_REST = (-1 / 1307674368000, 1 / 355687428096000, -1 / 121645100408832000)
-_COSINE = (0.5, -1 / 24, 1 / 720, -1 / 40320, 1 / 3628800, -1 / 479001600, 1 / 87178291200)
-_COSINE_REST = (-1 / 20922789888000, 1 / 6402373705728000, -1 / 2432902008176640000)
-SINE = _SINE + _SINE_REST
-COSINE = _COSINE + _COSINE_REST
+SINE, COSINE = (
+    tuple((-1) ** n / math.factorial(2 * n + first) for n in range(10)) for first in (1, 2)
+)
 """Taylor's coefficients of sin(x)/x and (1 − cos x)/x² in powers of x²."""
 
 MAX_ANGLE = 6.5

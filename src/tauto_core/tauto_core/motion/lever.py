@@ -120,13 +120,8 @@ class Series(NamedTuple):
     terms: FloatArray
 
 
-class Powers(NamedTuple):
+class Powers(Series):
     """The functions of `Series` as sums of terms · x^k, at half the operations."""
-
-    middle: float
-    half_width: float
-    per_half: float
-    terms: FloatArray
 
 
 class ArcSeries(NamedTuple):
