@@ -16,15 +16,9 @@ from hypothesis import strategies as st
 from tauto_core.checks.readiness import check_scene
 from tauto_core.scene import Scene, SceneError, load_scene, parse_scene, scene_yaml, shipped_scenes
 from tauto_core.scene.errors import UsageError
-from tauto_core.scene.loader import DEFAULT_SCENE
 from tauto_core.scene.tables import data_path
 
 REFERENCES = sorted((Path(__file__).parents[1] / 'scenes_ref').glob('*.yaml'))
-
-
-def test_the_default_is_a_scene_that_ships() -> None:
-    assert DEFAULT_SCENE == 'measured'
-    assert DEFAULT_SCENE in shipped_scenes()
 
 
 @pytest.mark.parametrize('name', shipped_scenes())

@@ -219,10 +219,6 @@ def _keyword(name: str, kind: Any, default: Any) -> inspect.Parameter:
     return inspect.Parameter(name, keyword, default=default, annotation=kind)
 
 
-def _scenes(text: str) -> list[str]:
-    return [part.strip() for part in text.split(',')]
-
-
 # type, parser and metavar of an option, by the annotation of the argument
 _KINDS: dict[str, tuple[Any, Callable[[str], Any] | None, str | None]] = {
     'bool': (bool, None, None),
@@ -233,7 +229,7 @@ _KINDS: dict[str, tuple[Any, Callable[[str], Any] | None, str | None]] = {
     'File | Mapping[str, Mapping[str, object]]': (Path, None, 'FILE'),
     'Files': (list[Path], None, 'FILE'),
     'File | Scene': (str, None, 'SCENE'),
-    'Sequence[File | Scene]': (str, _scenes, 'A,B,…'),
+    'Sequence[File | Scene]': (str, lambda text: list(map(str.strip, text.split(','))), 'A,B,…'),
     'Quantity': (str, None, 'SIZE'),
     'Iterable[Quantity]': (str, None, 'A,B,…'),
     'Sequence[Quantity]': (str, None, 'A,B,…'),

@@ -8,8 +8,6 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from importlib.resources import files
 from itertools import takewhile
-from shutil import get_terminal_size
-from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -319,9 +317,6 @@ def recovered(made: Recovered, as_json: bool, given: Given) -> Said:
 # -----------------------------------------------------------------------------
 # Every claim of Euler's papers, checked.
 
-_NARROWEST = 60
-_INDENT = ' ' * 23
-
 
 def claims(found: list[Claim], as_json: bool, given: Given) -> Said | None:
     """Return the claims, unless the site was written. Print unexpected verdicts."""
@@ -334,11 +329,11 @@ def claims(found: list[Claim], as_json: bool, given: Given) -> Said | None:
         return {'claims': list(map(claim_facts, found))}
     if given.get('site'):
         return None
+    from tauto_core.cli.tables import listed
     from tauto_core.euler.site import summary
 
-    width = max(get_terminal_size().columns, _NARROWEST)
-    lines = [line for claim in found for line in claim_lines(claim, width)]
-    return '\n'.join([*lines, *wrap(summary(found), width)])
+    rows = ((f'{claim.paper} §{claim.paragraph}', claim_text(claim)) for claim in found)
+    return listed([*rows, ('', summary(found))])
 
 
 def claims_hold(found: list[Claim]) -> bool:
@@ -367,22 +362,16 @@ def claim_facts(claim: Claim) -> dict[str, Any]:
     }
 
 
-def claim_lines(claim: Claim, width: int) -> list[str]:
-    """Return a claim in lines: words and verdict, the printed formula, and its fault."""
-    head = f'{claim.paper} §{claim.paragraph}'
-    words = f'{head:<12} {claim.verdict:<9} {claim.said}'
-    lines = wrap(words, width, subsequent_indent=_INDENT)
+def claim_text(claim: Claim) -> str:
+    """Return the verdict on a claim, the printed formula with its value, and its fault."""
     value = f' = {claim.value:.9g}' if math.isfinite(claim.value) else ''
-    parts = [f'as it stands: {claim.stands}{value}'] if claim.stands else []
-    if claim.must:
-        parts.append(f'as it must be: {claim.must}')
-    if claim.adds:
-        parts.append(f'Tauto adds: {claim.adds}' + ('' if claim.stands else value))
-    if claim.computed is not None:
-        parts.append(f'computed: {claim.computed:.9g}')
-    if math.isfinite(claim.difference):
-        parts.append(f'off by {claim.difference:.1e}')
-    whose = f'whose fault: {claim.whose}' if claim.whose else ''
-    for words in ('; '.join(parts), claim.reason, whose):
-        lines += wrap(words, width, initial_indent=_INDENT, subsequent_indent=_INDENT)
-    return lines
+    formulas = (
+        claim.stands and f'as it stands: {claim.stands}{value}',
+        claim.must and f'as it must be: {claim.must}',
+        claim.adds and f'Tauto adds: {claim.adds}' + ('' if claim.stands else value),
+        '' if claim.computed is None else f'computed: {claim.computed:.9g}',
+        f'off by {claim.difference:.1e}' if math.isfinite(claim.difference) else '',
+    )
+    whose = claim.whose and f'whose fault: {claim.whose}'
+    verdict, formula = f'{claim.verdict}: {claim.said}', '; '.join(filter(None, formulas))
+    return '\n'.join(filter(None, (verdict, formula, claim.reason, whose)))

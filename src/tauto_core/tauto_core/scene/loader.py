@@ -587,8 +587,6 @@ def write_mapping(content: dict[str, Any]) -> str:
     return text
 
 
-DEFAULT_SCENE = 'measured'
-
 # keys of a scene that name files
 _PATHS = (
     ('air', 'path'),

@@ -98,14 +98,11 @@ def scenes_page() -> str:
 
     for key, models in _sections(Scene, ''):
         add(f'`{key}`', models)
-        form = _FROM_FILES.get(key.removeprefix('ship.'))
-        if form is not None:
-            add(f'`{key}`, from a file', [form])
-            for part, parts in _sections(form, key):
-                add(f'`{part}`', parts)
-        hindcast = _FROM_HINDCASTS.get(key.removeprefix('ship.'))
-        if hindcast is not None:
-            add(f'`{key}`, from a hindcast', [hindcast])
+        for source, forms in (('file', _FROM_FILES), ('hindcast', _FROM_HINDCASTS)):
+            if form := forms.get(key.removeprefix('ship.')):
+                add(f'`{key}`, from a {source}', [form])
+                for part, parts in _sections(form, key):
+                    add(f'`{part}`', parts)
     sections = [
         _of_model(f'## {", ".join(titles)}', models[0])
         if len(models) == 1
