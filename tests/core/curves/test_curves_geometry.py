@@ -60,7 +60,7 @@ def test_symmetry(cam):
     angle = np.linspace(0.1, 1.0, 5) * upper(cam)
     for odd in (cam.lever_arm, cam.lever_curvature, cam.psi, lambda s: cam.contact(s)[0]):
         np.testing.assert_array_equal(odd(-angle), -odd(angle))
-    even = (cam.lift, cam.lever_rate, cam.p, cam.arc_length, cam.radius_of_curvature)
+    even = (cam.lift, cam.lever_rate, cam.p, cam.radius_of_curvature)
     for function in (*even, lambda s: cam.contact(s)[1]):
         np.testing.assert_array_equal(function(-angle), function(angle))
 
@@ -79,32 +79,12 @@ def test_thread_touches_the_cheek_at_the_lever_arm(cam):
 
 
 @every_cam
-def test_arc_length_and_curvature_of_the_points(cam):
-    top = upper(cam)
+def test_curvature_of_the_points(cam):
     x, y = fits(cam)
-    angle = np.linspace(0.2, 0.9, 8) * top
-    speed = Chebyshev.interpolate(
-        lambda s: np.hypot(x.deriv()(s), y.deriv()(s)), 60, domain=[0.1 * top, top]
-    )
-    wound = speed.integ()
-    expected = wound(angle) - wound(angle[0])
-    arc = cam.arc_length(angle) - cam.arc_length(angle[0])
-    # the fits' derivatives are good to about 1e-11
-    np.testing.assert_allclose(arc, expected, rtol=1e-8, atol=1e-13)
+    angle = np.linspace(0.2, 0.9, 8) * upper(cam)
     dx, dy, ddx, ddy = (fit.deriv(n)(angle) for n in (1, 2) for fit in (x, y))
     radius = (dx * dx + dy * dy) ** 1.5 / (dx * ddy - dy * ddx)
     np.testing.assert_allclose(cam.radius_of_curvature(angle), radius, rtol=1e-7)
-
-
-@pytest.mark.parametrize('name', ['hole', 'near hole', 'table through hole'])
-def test_thread_reaches_the_hole_and_keeps_its_length(name):
-    cam = CAMS[name]
-    angle = np.linspace(0.0, 1.0, 9) * upper(cam)
-    x, y = cam.contact(angle)
-    a = cam.distance
-    free = np.hypot(-a * np.sin(angle) - x, a * np.cos(angle) - y)
-    drawn = cam.arc_length(angle) + free - free[0]
-    np.testing.assert_allclose(cam.lift(angle), drawn, rtol=1e-10, atol=1e-16)
 
 
 @pytest.mark.parametrize('a', [1e3, 1e9, 1e15])
@@ -119,15 +99,13 @@ def test_far_hole_keeps_its_digits(a, phi):
         s = mpmath.sqrt(far**2 - t**2)
         psi, p = t + mpmath.asin(t / far), s / (1 + s)
         radius = t * (1 - 1 / (1 + s) ** 3)
-        arc = t**2 / 2 + far - s + p - far / (1 + far)
         x = t * mpmath.cos(psi) - p * mpmath.sin(psi)
         y = t * mpmath.sin(psi) + p * mpmath.cos(psi)
-        expected = [float(value) for value in (psi, p, radius, arc, x, y)]
+        expected = [float(value) for value in (psi, p, radius, x, y)]
     found = [cam.psi(phi), cam.p(phi), cam.radius_of_curvature(phi)]
     np.testing.assert_allclose(found, expected[:3], rtol=1e-14)
-    # arc and coordinates are differences of lengths of about p, 1 m
-    found = [cam.arc_length(phi), *cam.contact(phi)]
-    np.testing.assert_allclose(found, expected[3:], rtol=1e-14, atol=4e-16)
+    # coordinates are differences of lengths of about p, 1 m
+    np.testing.assert_allclose(cam.contact(phi), expected[3:], rtol=1e-14, atol=4e-16)
 
 
 def test_no_hole_is_the_limit_of_a_far_one():
@@ -143,7 +121,6 @@ def test_circular_cheek_is_a_circle():
     angle = np.linspace(0.0, math.pi, 13)
     x, y = cam.contact(angle)
     np.testing.assert_allclose(np.hypot(x + radius, y - depth), radius, rtol=1e-14)
-    np.testing.assert_allclose(cam.arc_length(angle), radius * angle, rtol=1e-14, atol=1e-17)
     np.testing.assert_allclose(cam.radius_of_curvature(angle), radius, rtol=1e-13)
     np.testing.assert_allclose([x[-1], y[-1]], [-2 * radius, depth], rtol=1e-14)
     assert cam.lever_curvature(0.0) == radius
@@ -215,7 +192,7 @@ def test_lift_that_is_none(lift):
 
 
 METHODS = ['lever_arm', 'lever_rate', 'lever_curvature', 'lift', 'psi', 'p', 'contact']
-METHODS += ['arc_length', 'radius_of_curvature']
+METHODS += ['radius_of_curvature']
 
 
 @pytest.mark.parametrize('method', METHODS)
@@ -261,7 +238,6 @@ def test_involute(entry):
     polar_angle, radius = cam.polar(z)
     close(polar_angle, expected['x_polar_angle'])
     close(radius, expected['y_radius_over_r'])
-    close(cam.arc_length(z), expected['arc_length_over_r'], 1.0)
     # golden has the tip on +x, the wheel's frame has it on +y
     x, y = cam.contact(z)
     close([y, -x], [expected['cart_X'], expected['cart_Y']], max(z, 1.0))
@@ -275,7 +251,6 @@ def test_hole(entry):
     close(cam.p(given['t_over_a'] * cam.distance / cam.rate), expected['p'])
     close(cam.psi(phi), expected['psi'])
     close(cam.radius_of_curvature(phi), expected['R'])
-    close(cam.arc_length(phi), expected['arc'], cam.rate)
     close(cam.contact(phi), [expected['X'], expected['Y']], cam.distance)
     close(np.hypot(*cam.contact(phi)), expected['CM'], cam.distance)
 

@@ -7,11 +7,10 @@ import pytest
 
 from tauto_core.curves import Involute, SpringCorrected
 from tauto_core.curves.cams.table import MeasuredCam, smoothed
-from tauto_core.machines import compile_machine
 from tauto_core.machines.powers import ForcePower
 from tauto_core.machines.sections import Trochlea
 from tauto_core.machines.threads import HoleThread, VerticalThread
-from tauto_core.scene import SceneError, parse_scene
+from tauto_core.scene import SceneError
 
 RADIUS, RANGE = 0.01, 3.0
 TOLERANCE = 2e-5
@@ -74,21 +73,6 @@ def test_without_errors_the_law_itself_is_found():
     assert np.max(np.abs(values - arms)) <= 1e-9
 
 
-def test_joints_are_smooth_to_the_fourth_derivative():
-    """The bound is rounding, 4e-16 of the lever arm, over the fourth power of the length of a
-    piece, 1/16 rad.
-    """
-    angles, arms = measured(law=SpringCorrected(0.012, 3.0))
-    found = smoothed(angles, arms, TOLERANCE)
-    for k, width in enumerate(np.diff(found.knots)[:-1]):
-        left, right = (np.polynomial.Polynomial(c) for c in found.coefficients[k : k + 2])
-        for order in range(5):
-            there = left.deriv(order)(width) if order else left(width)
-            here = right.deriv(order)(0.0) if order else right(0.0)
-            scale = np.max(np.abs(found.coefficients)) * 120.0
-            assert there == pytest.approx(here, abs=1e-11 * scale)
-
-
 def test_a_tolerance_below_the_errors_is_refused(tmp_path):
     """A curve that follows the errors too closely has a hollow, which the thread would bridge."""
     file = write(tmp_path / 'cam.csv', *measured(error=1e-4))
@@ -123,16 +107,3 @@ def test_a_hole_nearer_than_the_longest_arm_is_refused(tmp_path):
     assert trochlea(file, TOLERANCE, HoleThread(distance=0.05)).made_cam(9.81).distance == 0.05
     with pytest.raises(SceneError, match='longer than the hole is away'):
         trochlea(file, TOLERANCE, HoleThread(distance=0.02)).made_cam(9.81)
-
-
-def test_a_measured_involute_keeps_time_to_its_errors(tmp_path):
-    """T² ∝ 1/t': an arm that is off by ε at amplitude A changes the period by about ε/(2rA)."""
-    file = write(tmp_path / 'cam.csv', *measured())
-    text = (
-        'duration: 10\ntrochlea: {inertia: 4e-4, thread: {kind: vertical}, release_angle: 2.0,'
-        f' power: {{kind: force, force: 2.0}}, cam: {{kind: measured, path: {file}, '
-        f'tolerance: {TOLERANCE}}}}}'
-    )
-    machine = compile_machine(parse_scene(text, 's'))
-    exact = 2.0 * np.pi * np.sqrt(4e-4 / (2.0 * RADIUS))
-    assert machine.period(2.0) == pytest.approx(exact, rel=TOLERANCE / (2.0 * RADIUS * 2.0))

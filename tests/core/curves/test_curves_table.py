@@ -42,32 +42,6 @@ def test_quintic_is_reproduced(tmp_path):
     assert (cam.range_rad, cam.kinked, cam.linear_rate) == (2.0, False, None)
 
 
-def test_sixth_order(tmp_path):
-    """Halving the spacing divides the error of a smooth law by 2⁶."""
-
-    def law(angle):
-        return 0.01 * np.sin(angle)
-
-    angle = np.linspace(0.0, 2.0, 500)
-    errors = [
-        np.abs(sampled(tmp_path / 'cam.csv', law, 2.0, n).lever_arm(angle) - law(angle)).max()
-        for n in (21, 41, 81)
-    ]
-    np.testing.assert_allclose(np.log2(np.divide(errors[:-1], errors[1:])), 6.0, atol=0.3)
-
-
-def test_smooth_at_the_knots(tmp_path):
-    """Derivatives up to the fourth agree on both sides, and the even ones vanish at rest."""
-    law = sampled(tmp_path / 'cam.csv', np.tanh, 2.0, 12).lever
-    for before, after, width in zip(
-        law.coefficients, law.coefficients[1:], np.diff(law.knots), strict=False
-    ):
-        for order in range(5):
-            left = Polynomial(before).deriv(order)(width)
-            assert left == pytest.approx(Polynomial(after).deriv(order)(0.0), abs=1e-10)
-    np.testing.assert_array_equal(law.coefficients[0, ::2], 0.0)
-
-
 def test_kernel_form(tmp_path):
     """A plain loop over the table, as its layout is stated, gives lever arm and lift."""
     cam = sampled(tmp_path / 'cam.csv', np.tanh, 2.0, 12)
@@ -87,7 +61,7 @@ def test_kernel_form(tmp_path):
 def test_straight_table_through_a_hole_is_eulers_cam(tmp_path):
     table = sampled(tmp_path / 'cam.csv', lambda angle: 0.01 * angle, 7.5, 16, distance=0.08)
     hole, angle = Hole(0.01, 0.08), np.linspace(-7.5, 7.5, 31)
-    for method in ('psi', 'p', 'arc_length', 'contact'):
+    for method in ('psi', 'p', 'contact'):
         expected = getattr(hole, method)(angle)
         np.testing.assert_allclose(getattr(table, method)(angle), expected, rtol=1e-11, atol=1e-17)
     np.testing.assert_allclose(

@@ -171,16 +171,6 @@ def test_what_cannot_be_is_refused_with_its_limit(make, named):
         make()
 
 
-def test_the_speed_limits_meet():
-    """The limit of b, at which the descent is as long as the curve, is allowed, one rounding
-    more is refused.
-    """
-    edge = height_at_lowest(OIL, OIL.descent_cusp)
-    assert arcs(OIL, edge * (1.0 - 1e-14)).descent == pytest.approx(OIL.descent_cusp, rel=1e-12)
-    with pytest.raises(DescentError, match='Give at most'):
-        arcs(OIL, edge * (1.0 + 1e-14))
-
-
 @pytest.mark.parametrize('complement', [1.0, 1.0 - 1e-12, 0.5, 1e-3, 1e-9, 1e-15])
 def test_elliptic_functions_keep_their_digits_up_to_the_edge(complement):
     """The error is relative. Towards K cos φ is small, and a rounding of φ is multiplied by tan

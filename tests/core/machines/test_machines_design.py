@@ -3,7 +3,7 @@
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tauto_core import design
@@ -12,6 +12,7 @@ from tauto_core.scene.errors import UsageError
 positive = st.floats(1e-6, 1e6)
 
 
+@settings(max_examples=20)
 @given(positive, positive, positive)
 def test_three_numbers_give_the_fourth(inertia, pull, rate):
     whole = {'inertia': inertia, 'pull': pull, 'base_radius': rate}

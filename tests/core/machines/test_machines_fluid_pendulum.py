@@ -32,10 +32,6 @@ def test_the_shipped_globe_falls_in_equal_times():
     assert times[4] / times[0] - 1.0 == pytest.approx(0.08, abs=0.005)
 
 
-def test_half_swings_of_a_second():
-    assert machine().small_period == pytest.approx(2.0, rel=2e-6)
-
-
 @pytest.mark.parametrize('curve', ['euler', 'cycloid', 'symmetric'])
 def test_period_and_rate_of_swings_to_and_fro(curve):
     """The coefficients of (κS)² are 5/24, 1/6 and 0. The next order is (κS)³."""

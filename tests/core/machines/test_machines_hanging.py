@@ -47,27 +47,6 @@ def test_a_long_thread_is_the_ideal_vertical_one():
         assert ratio == pytest.approx(rises, abs=5e-3 / length)
 
 
-def test_the_wheels_mode_is_the_one_a_release_excites_most():
-    """Both are excited alike at l₀ = r + I/(m r), with b − e = −(b' − e)."""
-    middle = 0.02 + 4e-4 / (0.05 * 0.02)
-    even = replace(MACHINE, length=middle)
-    share, other = even.modes.B, even.modes.B_prime
-    assert share == pytest.approx(-other, rel=1e-12)
-    short, long = replace(MACHINE, length=0.9 * middle), replace(MACHINE, length=1.1 * middle)
-    assert not short.wheel_is_fast
-    assert long.wheel_is_fast
-    for machine in (short, long):
-        slow, fast = machine.modes.B, machine.modes.B_prime
-        share = (-fast if machine.wheel_is_fast else slow) / (slow - fast)
-        assert share > 0.5
-        lengths = {machine.modes.h, machine.modes.h_prime}
-        used = {
-            machine.gravity / machine.frequency**2,
-            machine.gravity / machine.thread_frequency**2,
-        }
-        np.testing.assert_allclose(sorted(used), sorted(lengths), rtol=1e-14)
-
-
 def to_the_middle(machine, amplitude, delta):
     """Time to ψ = 0 from rest, and δ there, by DOP853."""
 

@@ -132,9 +132,9 @@ def test_beyond_the_geometry_is_refused():
 
 
 def test_the_lever_always_falls_fast_enough():
-    """β″ > 0 in sixty geometries of lengths from 3 mm to 1 m: no free swing is slack."""
+    """β″ > 0 in twenty geometries of lengths from 3 mm to 1 m: no free swing is slack."""
     rng = np.random.default_rng(1726)
-    for lengths in 10.0 ** rng.uniform(-2.5, 0.0, (60, 3)):
+    for lengths in 10.0 ** rng.uniform(-2.5, 0.0, (20, 3)):
         geometry = LeverGeometry(*lengths.tolist())
         bend = geometry.slopes(np.linspace(*geometry.edges, 201))[1]
         assert np.min(bend) > 0.0

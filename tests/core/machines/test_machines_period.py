@@ -102,21 +102,6 @@ def test_period_across_a_joint():
     assert regulator.period(1.0) == pytest.approx(regulator.small_period, rel=1e-14)
 
 
-def test_arc_across_a_joint():
-    """∫ √(I + m t²) dt has a closed form on each piece."""
-    inertia, mass = 4e-4, 3.0
-    regulator = machine(bent_cam(), inertia, mass=mass)
-
-    def primitive(arm):
-        root = math.sqrt(mass / inertia) * arm
-        asinh = math.asinh(root) / math.sqrt(mass / inertia)
-        return math.sqrt(inertia) / 2 * (arm * math.hypot(1, root) + asinh)
-
-    first = primitive(0.01) / 0.01
-    second = first + (primitive(0.024) - primitive(0.01)) / 0.02
-    np.testing.assert_allclose(regulator.arc([1.0, 1.7, -1.7]), [first, second, -second], 1e-14)
-
-
 def test_slack_thread():
     """A lever arm that falls steeply lets a heavy weight overtake its thread."""
     cam = spline_cam([0.0, 0.1, 0.0, -0.055, 0.0, 0.0078], 2.2)

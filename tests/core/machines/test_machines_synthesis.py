@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tauto_core.curves import Involute, SpringCorrected, WeightCorrected
+from tauto_core.curves import SpringCorrected, WeightCorrected
 from tauto_core.curves.cams.synthesised import (
     PowerTrain,
     SynthesisError,
@@ -52,13 +52,6 @@ def test_spring_against_its_closed_form():
         expected = getattr(cam, name)(angle)
         # two derivatives of a fit to rounding lose digits
         np.testing.assert_allclose(getattr(made, name)(angle), expected, rtol=1e-10)
-
-
-def test_no_spring_and_no_mass_is_the_involute():
-    made = synthesised_cam(synthesise(INERTIA, OMEGA, train(2.0, 0.0, 0.0)), edge=5.0)
-    angle = np.linspace(0.0, 5.0, 9)
-    expected = Involute(INERTIA * OMEGA**2 / 2.0).lever_arm(angle)
-    np.testing.assert_allclose(made.lever_arm(angle), expected, rtol=1e-15)
 
 
 log = st.floats(-1.0, 1.0)

@@ -288,13 +288,6 @@ class Cam(ABC):
         x = scale * (arm * cosine - rate * sine) - along * sine
         return x, scale * (arm * sine + rate * cosine) + along * cosine
 
-    def arc_length(self, angle: ArrayLike) -> FloatArray:
-        """Return the length of thread wound on the cheek, ∫ R dψ = ∫ t dψ + p − p(0) [m]."""
-        angle, thread = self._thread(np.abs(angle))
-        # a − s = t sin/(1 + cos) for a hole, in ∫ t dψ = h + a − s
-        nearer = self._arm(angle) * thread.sine / (1.0 + thread.cosine)
-        return self._lift(angle) + nearer + (self.p(angle) - self.p(0.0))
-
     def radius_of_curvature(self, angle: ArrayLike) -> FloatArray:
         """Return R = sgn ϑ·(t + dp/dψ) [m].
 
