@@ -104,10 +104,3 @@ def test_fleet_is_its_answer_and_the_errors_of_its_ships() -> None:
     shown = found._repr_html_()
     assert found.answers.answer in unescape(shown)
     assert len(shown) < MOST
-
-
-def test_a_cam_is_a_sentence_and_its_cheeks() -> None:
-    """Euler's involute: at 1.2 rad on a base of 5 mm the lever arm is 6 mm."""
-    shown = tauto.cam('measured', points=50, reach_rad=1.2)._repr_html_()
-    assert 'in 50 points, to 1.2 rad with a lever arm of 6 mm' in shown
-    assert len(shown) < MOST

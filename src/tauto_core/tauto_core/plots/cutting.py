@@ -91,13 +91,6 @@ class CamOutline:
     def __repr__(self) -> str:
         return f'<CamOutline of {self.scene.name}: {len(self.x_m)} points>'
 
-    def _repr_html_(self) -> str:
-        from tauto_core.plots.notebook import cam_html
-
-        if self.reach_rad is None:
-            return f'<p>{escape(repr(self))}</p>'
-        return cam_html(self.scene, len(self.x_m), self.reach_rad, float(self.lever_arm_m[-1]))
-
     @property
     def keys_left_out(self) -> tuple[str, ...]:
         """Sections of the scene that do not affect the cam, which is at `trochlea.at_celsius`."""
@@ -552,13 +545,13 @@ viewBox="{left} {top} {width} {height}">
         document.layers.add('NOTES', color=5)
         space = document.modelspace()
         for line in (*self.lines, *(ring.path for ring in self.circles if sagitta)):
-            layer = {'layer': line.layer}
+            on = {'layer': line.layer}
             if sagitta is None:
                 points = np.column_stack([line.x, line.y, line.bulge]).tolist()
-                space.add_lwpolyline(points, 'xyb', close=line.is_closed, dxfattribs=layer)
+                space.add_lwpolyline(points, 'xyb', close=line.is_closed, dxfattribs=on)
             else:
                 points = np.column_stack(line.polygon(sagitta)).tolist()
-                space.add_polyline2d(points, close=line.is_closed, dxfattribs=layer)
+                space.add_polyline2d(points, close=line.is_closed, dxfattribs=on)
         for c in () if sagitta else self.circles:
             space.add_circle((c.x, c.y), c.radius, dxfattribs={'layer': c.layer})
         for *place, text in self.notes:

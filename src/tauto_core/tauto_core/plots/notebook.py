@@ -9,9 +9,8 @@ from collections.abc import Iterable, Sequence
 from html import escape
 from typing import TYPE_CHECKING
 
-from tauto_core.plots.chart import Chart, draw
+from tauto_core.plots.chart import draw
 from tauto_core.plots.contents import chart
-from tauto_core.plots.machine import cam_lines
 from tauto_core.plots.picture import picture_html
 from tauto_core.wording import figure, significant
 
@@ -19,7 +18,6 @@ if TYPE_CHECKING:
     from tauto_core.ensembles.comparison import Comparison
     from tauto_core.ensembles.fleets import Fleet
     from tauto_core.ensembles.trials import TrialAnswers
-    from tauto_core.scene import Scene
     from tauto_core.voyage import Voyage
 
 
@@ -77,16 +75,6 @@ def trial_html(answers: TrialAnswers) -> str:
     ]
     limits = [f'within {prize.limit_nmi:g} nmi' for prize in prizes]
     return _sentence(answers.answer) + _table(['clock', 'way', *limits], rows)
-
-
-def cam_html(scene: Scene, points: int, reach_rad: float, lever_arm_m: float) -> str:
-    """Return the extent of a scene's cam, and a picture of both cheeks."""
-    text = (
-        f'{scene.name}: the right cheek in {points:,} points, to {reach_rad:.4g} rad with a lever '
-        f'arm of {1e3 * lever_arm_m:.4g} mm.'
-    )
-    picture = Chart('Cam', 'across [mm]', 'up [mm]', cam_lines(scene), equal=True)
-    return _sentence(text) + picture_html(draw(picture, scene.name), text)
 
 
 def _sentence(text: str) -> str:

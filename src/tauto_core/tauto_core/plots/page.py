@@ -38,10 +38,8 @@ from tauto_core.voyage import Voyage
 from tauto_core.wording import figure, span
 
 # -----------------------------------------------------------------------------
-# The data of the moving machine in a report: outlines, and the motion in several parts.
+# The data of the moving machine in a report: outlines, and its motion in ten minutes.
 
-MOST_PARTS = 9
-"""Number of evenly spread parts of ten minutes that show a longer voyage, without the roughest."""
 _ROLL_STEP_S = 0.25
 
 
@@ -54,12 +52,11 @@ def animation(voyage: Voyage) -> dict[str, Any]:
     Returns:
         lines: outlines, each with `name`, `x`, `y` [mm, y upwards], `colour`, `area`, and `with`,
             the part with which it moves (`machine.Carrier`). `note` explains them.
-        parts: parts of the voyage, each from `from_s` on for `length_s`. At logged samples they
-            have `time_s` within the part, `phase_rad`, `amplitude_rad` and the dial's `error_s`,
-            and every `roll_step_s` `heave_m`, `roll_rad` and `plumb_rad`, the apparent vertical
-            that a suspended case and a thread with a weight follow. `true_s` is the true time of
-            day at the beginning.
-        roughest: index of the part that contains the roughest ten minutes.
+        which: the choice of the part that is shown, or empty for a short voyage.
+        from_s, length_s: the part. At logged samples it has `time_s` within the part, `phase_rad`,
+            `amplitude_rad` and the dial's `error_s`, and every `roll_step_s` `heave_m`, `roll_rad`
+            and `plumb_rad`, the apparent vertical that a suspended case and a thread with a weight
+            follow. `true_s` is the true time of day at the beginning.
         hangs, fixed_end: whether the thread follows the apparent vertical, and whether its end is
             fixed.
         winding: `angle_rad`, and `x`, `y` of the contact in the wheel's frame and `rise` [mm], or
@@ -108,13 +105,17 @@ def animation(voyage: Voyage) -> dict[str, Any]:
         sizes = {'x': x, 'y': y, 'rise': rise}
         winding = {name: _rounded(MM * size) for name, size in sizes.items()}
         winding['angle_rad'] = _rounded(angle, 4)
-    # one part for a short voyage, or several evenly spread and the roughest
-    end_s = float(voyage.time_s[-1])
-    parts = min(max(math.ceil(end_s / PART_S), 1), MOST_PARTS)
-    starts = np.linspace(0.0, max(end_s - PART_S, 0.0), parts)
-    rough_s = window(voyage, None, None).from_s
-    starts = np.unique(np.append(starts, rough_s))
-    roughest = int(np.searchsorted(starts, rough_s))
+    # from the last logged sample before the roughest ten minutes on
+    rough = window(voyage, None, None)
+    begin = max(int(np.searchsorted(voyage.time_s, rough.from_s, side='right')) - 1, 0)
+    began_s = float(voyage.time_s[begin])
+    end = int(np.searchsorted(voyage.time_s, began_s + PART_S, side='right'))
+    part = slice(begin, max(end, begin + 2))
+    time_s = voyage.time_s[part] - began_s
+    length_s = float(time_s[-1])
+    ship = seaway(voyage, began_s, length_s + 1.0)
+    grid = np.arange(0.0, length_s + _ROLL_STEP_S, _ROLL_STEP_S)
+    moves = {'roll_rad': ship.roll_rad, 'plumb_rad': ship.plumb_rad, 'heave_m': ship.heave_m}
     return {
         'lines': [
             {
@@ -129,29 +130,7 @@ def animation(voyage: Voyage) -> dict[str, Any]:
         ],
         'note': drawn.note,
         'roll_step_s': _ROLL_STEP_S,
-        'parts': [_part(voyage, size, from_s) for from_s in starts],
-        'roughest': roughest,
-        'hangs': weight and not fixed_end and hung is None,
-        'fixed_end': fixed_end,
-        'winding': winding,
-        'pivot': None if hung is None else [0.0, MM * hung.depth],
-        'lever': lever,
-        'curve': curve,
-    }
-
-
-def _part(voyage: Voyage, size: FloatArray, from_s: float) -> dict[str, Any]:
-    """Return the motion of wheel and ship from the last logged sample up to `from_s` on."""
-    begin = max(int(np.searchsorted(voyage.time_s, from_s, side='right')) - 1, 0)
-    began_s = float(voyage.time_s[begin])
-    end = int(np.searchsorted(voyage.time_s, began_s + PART_S, side='right'))
-    part = slice(begin, max(end, begin + 2))
-    time_s = voyage.time_s[part] - began_s
-    length_s = float(time_s[-1])
-    ship = seaway(voyage, began_s, length_s + 1.0)
-    grid = np.arange(0.0, length_s + _ROLL_STEP_S, _ROLL_STEP_S)
-    motion = {'roll_rad': ship.roll_rad, 'plumb_rad': ship.plumb_rad, 'heave_m': ship.heave_m}
-    return {
+        'which': rough.note,
         'from_s': round(began_s, 3),
         'length_s': round(length_s, 3),
         'time_s': _rounded(time_s, 3),
@@ -161,8 +140,14 @@ def _part(voyage: Voyage, size: FloatArray, from_s: float) -> dict[str, Any]:
         'true_s': round(voyage.start_ns * 1e-9 % DAY_S + began_s, 3),
         **{
             name: _rounded(np.interp(grid, ship.time_s - began_s, values), 4)
-            for name, values in motion.items()
+            for name, values in moves.items()
         },
+        'hangs': weight and not fixed_end and hung is None,
+        'fixed_end': fixed_end,
+        'winding': winding,
+        'pivot': None if hung is None else [0.0, MM * hung.depth],
+        'lever': lever,
+        'curve': curve,
     }
 
 
