@@ -5,12 +5,12 @@
 A plan (`Voyages`) is clocks × seas × draws. Its voyages are independent. The clocks of a voyage
 share one sea. Any process (`workers`) can sail a voyage and make its rows.
 
-| command | a voyage                           | its task              | its rows           |
-|---------|------------------------------------|-----------------------|--------------------|
-| compare | clocks of one sea in one process   | `comparison.sail_sea` | one for each clock |
-| fleet   | a ship with its drawn values       | `fleets.sail_ship`    | one                |
-| trial   | a passage as logged, or drawn anew | `trials.sail_passage` | one for each clock |
-| budget  | stretches with a cause left out    | `budget.sail_job`     | one                |
+| command | a voyage                         | its task              | its rows           |
+|---------|----------------------------------|-----------------------|--------------------|
+| compare | clocks of one sea in one process | `comparison.sail_sea` | one for each clock |
+| fleet   | a ship with its drawn values     | `fleets.sail_ship`    | one                |
+| trial   | a passage of a log-book          | `trials.sail_passage` | one for each clock |
+| budget  | stretches with a cause left out  | `budget.sail_job`     | one                |
 
 An event that ends the motion of a clock is a result: the row has the reason. A voyage is lost if
 memory runs out or its process dies, and has no rows. With `out` the other voyages go on and the
@@ -296,23 +296,22 @@ def sizes_nmi(rows: Iterable[Mapping[str, Any]], column: str) -> FloatArray:
 
 
 def quantiles_of(sizes: FloatArray) -> list[float] | None:
+    """Return the quantiles at QUANTILES of the finite sizes, `None` if there are none."""
     finite = sizes[np.isfinite(sizes)]
     return np.quantile(finite, QUANTILES).tolist() if len(finite) else None
 
 
 def shares_within(sizes: FloatArray) -> list[Portion]:
     """Return the shares of all ships within each limit of the Act, from `sizes_nmi`."""
-    counts = [(limit, int(np.count_nonzero(sizes <= limit))) for limit, _ in AWARDS]
-    total = len(sizes)
-    return [Portion(limit, count, count / total, *wilson(count, total)) for limit, count in counts]
-
-
-def wilson(count: int, total: int) -> tuple[float, float]:
-    """Return Wilson's 95 % interval of a share of which `count` of `total` were observed."""
     from scipy.stats import binomtest
 
-    interval = binomtest(count, total).proportion_ci(0.95, method='wilson')
-    return float(interval.low), float(interval.high)
+    shares, total = [], len(sizes)
+    for limit, _ in AWARDS:
+        count = int(np.count_nonzero(sizes <= limit))
+        interval = binomtest(count, total).proportion_ci(0.95, method='wilson')
+        ends = float(interval.low), float(interval.high)
+        shares.append(Portion(limit, count, count / total, *ends))
+    return shares
 
 
 # -----------------------------------------------------------------------------

@@ -1,6 +1,7 @@
 """Trials: clocks sent along the passages of a log-book, in the seas that the logged winds raise.
 
-The choice of passages, and the voyage of several clocks in one sea.
+The choice of passages, the voyage of several clocks in one sea, and the answers: three ways of
+navigating (`WAYS`), by season and by ocean.
 """
 
 from __future__ import annotations
