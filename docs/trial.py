@@ -22,7 +22,6 @@ from PIL.PngImagePlugin import PngInfo
 from tauto_core.ensembles.rows import QUANTILES, Row, read_rows, sizes_nmi
 from tauto_core.ensembles.trials import (
     WAYS,
-    Choice,
     ClockAnswers,
     Part,
     Prize,
@@ -30,6 +29,7 @@ from tauto_core.ensembles.trials import (
     TrialAnswers,
     TriedClock,
     answers_of,
+    is_wanted,
 )
 from tauto_core.files import write_figure
 from tauto_core.plots.ensembles import trial_figure
@@ -75,8 +75,11 @@ def read_trial(folder: Path, logs: str) -> tuple[Trial, list[Row], int]:
     known = {each.name: each for each in read_passages(logs)}
     names = {row['passage'] for row in rows}
     passages = tuple(each for name, each in known.items() if name in names)
-    judged = Choice().of(known.values(), logs)
-    return Trial(logs, clocks, passages=passages, **identity['rules']), rows, len(judged)
+    return (
+        Trial(logs, clocks, passages=passages, **identity['rules']),
+        rows,
+        sum(map(is_wanted, known.values())),
+    )
 
 
 SHAKEN = ('sensed',)

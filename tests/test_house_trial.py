@@ -14,7 +14,7 @@ from PIL import Image
 from trial_examples import CLOCK, HEADER, OTHER, clock, write_log
 
 from tauto_core.ensembles import trials
-from tauto_core.ensembles.trials import Choice, Sailing, Trial, TriedClock
+from tauto_core.ensembles.trials import Sailing, Trial, TriedClock, is_wanted
 from tauto_core.scene.loader import read_mapping, scene_yaml
 from tauto_core.ship.logbook import read_passages
 
@@ -74,7 +74,7 @@ def folder_of(path: Path, logs: str, monkeypatch: pytest.MonkeyPatch, *, sailed:
 
     contents = {name: read_mapping(scene_yaml(clock(name)), name) for name in (CLOCK, OTHER)}
     clocks = tuple(TriedClock(name, name, content) for name, content in contents.items())
-    passages = Choice().of(read_passages(logs), logs)
+    passages = tuple(filter(is_wanted, read_passages(logs)))
     monkeypatch.setattr(trials, 'sail_passage', ended)
     monkeypatch.setattr(Trial, 'check', lambda _: None)
     try:

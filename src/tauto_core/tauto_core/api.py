@@ -1148,15 +1148,16 @@ def trial(
     processes = _jobs(jobs)
     if isinstance(compare, str):
         raise UsageError(f'compare = {compare!r}: must be a list of scenes. Write it in [ ]')
-    every_year = (-math.inf, math.inf)
-    between = _range('days', days, 'd'), every_year if years is None else _range('years', years)
+    of_days = _range('days', days, 'd')
+    of_years = (-math.inf, math.inf) if years is None else _range('years', years)
     size = None if sample is None else whole('sample', sample)
-    choice = trials.Choice(*between, size)
     loaded, origin = _load(scene, overrides, accuracy=accuracy), _origin(scene)
     trial = trials.make_trial(
         logbook,
         [(origin, loaded), *trials.clocks_beside(loaded, origin, compare)],
-        choice,
+        days=of_days,
+        years=of_years,
+        sample=size,
         progress=None if progress is None else lambda share: progress(share, 0),
         harbour_days=number('harbour_days', harbour_days, 'd'),
         longest_s=None if duration is None else number('duration', duration, 's'),

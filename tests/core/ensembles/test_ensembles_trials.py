@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 from datetime import datetime, timedelta
+from functools import partial
 
 import numpy as np
 import pytest
@@ -13,11 +14,11 @@ from tauto_core.ensembles import trials, workers
 from tauto_core.ensembles.comparison import Sea, on_passage_of, regulated, with_rate
 from tauto_core.ensembles.rows import FIGURES
 from tauto_core.ensembles.trials import (
-    Choice,
     Trial,
     TriedClock,
     answers_of,
     clocks_beside,
+    is_wanted,
     make_trial,
     ocean_of_passage,
     sail_passage,
@@ -30,16 +31,16 @@ from tauto_core.scene.errors import ABSENT, SceneError, UsageError
 from tauto_core.ship.logbook import LoggedPassage, read_passages
 from tauto_core.ship.sampling import rate_for
 
-ALL = Choice(days=(0.0, math.inf))
+ALL = 0.0, math.inf
 
 
-def made(folder, names=(CLOCK,), choice=ALL, text=LOG, **more):
+def made(folder, names=(CLOCK,), text=LOG, days=ALL, **more):
     """Return a trial of clocks on the ship of the first one."""
     path = write_log(folder, text)
     first = clock(names[0])
     others = [(name, on_passage_of(name, clock(name), first, names[0])) for name in names[1:]]
     scenes = [(names[0], first), *others]
-    return make_trial(path, scenes, choice, harbour_days=0.5, **more)
+    return make_trial(path, scenes, days=days, harbour_days=0.5, **more)
 
 
 def lasting(rows):
@@ -49,8 +50,8 @@ def lasting(rows):
 
 @pytest.fixture(scope='module')
 def trial(tmp_path_factory):
-    short = replace(ALL, days=(0.0, 2.0))
-    return made(tmp_path_factory.mktemp('logs'), (CLOCK, OTHER), short, longest_s=130_200.0)
+    folder = tmp_path_factory.mktemp('logs')
+    return made(folder, (CLOCK, OTHER), days=(0.0, 2.0), longest_s=130_200.0)
 
 
 @pytest.fixture(scope='module')
@@ -156,12 +157,11 @@ def test_a_trial_goes_on_where_it_was(trial, alone, tmp_path, monkeypatch):
         sail_trial(other, 1, folder)
 
 
-def test_passages_are_chosen(tmp_path):
-    path = write_log(tmp_path)
+def test_passages_are_chosen(tmp_path, monkeypatch):
+    monkeypatch.setattr(trials, '_sensed', lambda _trial, clock, _typical: clock)
 
     def chosen(**asked):
-        choice = replace(ALL, **asked)
-        return [each.name[-1] for each in choice.of(read_passages(path), path)]
+        return [each.name[-1] for each in made(tmp_path, **asked).passages]
 
     assert chosen() == ['1', '2', '3']
     assert chosen(days=(2.5, 10.0)) == ['3']
@@ -170,7 +170,7 @@ def test_passages_are_chosen(tmp_path):
     assert chosen(sample=2) == ['1', '3']
     with pytest.raises(UsageError, match='none of its 3 passages'):
         chosen(days=(42.0, math.inf))
-    passages = list(read_passages(path))
+    passages = list(read_passages(write_log(tmp_path)))
     assert season_of(passages[0]) == 'December to February'
     assert season_of(passages[2]) == 'June to August'
     assert ocean_of_passage(passages[2]) == 'South Pacific'
@@ -179,12 +179,13 @@ def test_passages_are_chosen(tmp_path):
 def test_passages_are_chosen_by_the_year_of_an_entry(tmp_path):
     text = LOG.replace('17700101-1,', 'La Une,').replace('17910701-3,', '1770-El Tres,')
     path = write_log(tmp_path, text.replace('1791-07-0', '1791070').replace('T18:00', 'T1800'))
-    chosen = replace(ALL, years=(1780, 1800)).of(read_passages(path), path)
+    of_1780s = partial(is_wanted, days=ALL, years=(1780, 1800))
+    chosen = list(filter(of_1780s, read_passages(path)))
     assert [each.name for each in chosen] == ['1770-El Tres']
     assert season_of(chosen[0]) == 'June to August'
     # a passage of unknown year is not passed over
     path = write_log(tmp_path, text.replace('1770-01-01T12:00,48.0,', 'noon,48.0,'))
-    chosen = replace(ALL, years=(1780, 1800)).of(read_passages(path), path)
+    chosen = filter(of_1780s, read_passages(path))
     assert [each.name for each in chosen] == ['La Une', '1770-El Tres']
 
 
@@ -233,10 +234,10 @@ def test_wrong_passages_are_listed_or_left_out(tmp_path):
     assert [each.name for each in found.passages] == ['17700101-2']
     assert found.left_out == (('17700101-1', one), ('17910701-3', three))
     # passages that are left out do not reduce the sample
-    sampled = made(tmp_path, text=THREE_WRONG, choice=replace(ALL, sample=1), skip_wrong=True)
+    sampled = made(tmp_path, text=THREE_WRONG, sample=1, skip_wrong=True)
     assert sampled.passages == found.passages
     with pytest.raises(UsageError, match='none of its'):
-        made(tmp_path, text=THREE_WRONG, choice=replace(ALL, years=(1780, 1800)), skip_wrong=True)
+        made(tmp_path, text=THREE_WRONG, years=(1780, 1800), skip_wrong=True)
 
 
 def test_a_background_swell_is_on_every_passage(tmp_path):

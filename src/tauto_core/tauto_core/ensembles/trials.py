@@ -11,7 +11,7 @@ import hashlib
 import math
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -92,48 +92,25 @@ from tauto_core.wording import counted
 # The choice of passages from a log-book.
 
 
-@dataclass(frozen=True)
-class Choice:
-    """Which passages are wanted.
+SIX_WEEKS = LEAST_UNCHECKED_DAYS, math.inf
+"""Lengths of the passages that the Act of 1714 would judge [days]."""
 
-    Attributes:
-        days: least and largest length [days].
-        years: first and last year of the first entry.
-        sample: number of passages taken, spread evenly over the list. `None`: all.
+
+def is_wanted(
+    passage: LoggedPassage,
+    days: tuple[float, float] = SIX_WEEKS,
+    years: tuple[float, float] = (0.0, math.inf),
+) -> bool:
+    """Return whether a passage has a wanted length, and year of its first entry.
+
+    One whose length is unknown is wanted.
     """
-
-    days: tuple[float, float] = (LEAST_UNCHECKED_DAYS, math.inf)
-    years: tuple[float, float] = (0.0, math.inf)
-    sample: int | None = None
-
-    def __post_init__(self) -> None:
-        if self.sample is not None and self.sample < 1:
-            raise UsageError(Argument('sample', self.sample), ': must be at least 1. Name more')
-
-    def takes(self, passage: LoggedPassage) -> bool:
-        """Return whether a passage is wanted. One whose length is unknown is."""
-        try:
-            year = log_time(passage.entries[0][0]).year
-        except ValueError:
-            return True  # so that it is refused with its name and row
-        return self.years[0] <= year <= self.years[1] and (
-            next(passage.problems(), None) is not None
-            or self.days[0] <= passage.days <= self.days[1]
-        )
-
-    def of(self, passages: Iterable[LoggedPassage], origin: str) -> tuple[LoggedPassage, ...]:
-        """Return the wanted passages. No such passage is a UsageError."""
-        listed = list(passages)
-        matches = list(filter(self.takes, listed))
-        if not matches:
-            raise UsageError(
-                f'{origin}: none of its {len(listed)} passages matches. List them with `tauto '
-                'logbook`'
-            )
-        if self.sample is not None and self.sample < len(matches):
-            places = np.linspace(0, len(matches) - 1, self.sample).round().astype(int)
-            matches = [matches[place] for place in places]
-        return tuple(matches)
+    try:
+        year = log_time(passage.entries[0][0]).year
+    except ValueError:
+        return True  # so that it is refused with its name and row
+    has_problem = next(passage.problems(), None) is not None
+    return years[0] <= year <= years[1] and (has_problem or days[0] <= passage.days <= days[1])
 
 
 def ocean_of_passage(passage: LoggedPassage) -> str:
@@ -286,8 +263,10 @@ class Trial:
 def make_trial(
     logs: str,
     scenes: Sequence[tuple[str, Scene]],
-    choice: Choice = Choice(),
     *,
+    days: tuple[float, float] = SIX_WEEKS,
+    years: tuple[float, float] = (0.0, math.inf),
+    sample: int | None = None,
     progress: Callable[[float], None] | None = None,
     harbour_days: float = 14.0,
     longest_s: float | None = None,
@@ -299,7 +278,8 @@ def make_trial(
     Args:
         logs: file or folder of the log-book.
         scenes: the clocks, with their names as the user gave them.
-        choice: which passages.
+        days, years: least and largest length [days], and first and last year of their beginning.
+        sample: number of passages taken, spread evenly over the list. `None`: all.
         progress: called with the fraction of the log-book that has been read.
         harbour_days: rating before the first entry [days].
         longest_s: length to which a voyage is cut [s]. `None`: the log's.
@@ -314,20 +294,28 @@ def make_trial(
     for problem in missing_file('logs', logs, folders=True):
         raise UsageError(Argument('logs', logs), f': {problem.problem}. {problem.remedy}')
     refuse_same_names(scenes)
-    wrong: list[tuple[str, Problem]] = []
-
-    def sound() -> Iterator[LoggedPassage]:
-        for passage in read_passages(logs, progress=progress):
-            fault = next(passage.problems(), None)
-            if fault is None and not any(map(has_wind, passage.entries)):
-                key = f'passage {passage.name}, wind_mps'
-                fault = Problem(key, ABSENT, 'has no wind to make a sea', 'Give it some.')
-            if fault is not None and choice.takes(passage):
-                wrong.append((passage.name, fault))
-            if fault is None or not skip_wrong:
-                yield passage
-
-    chosen = choice.of(sound(), logs)
+    if sample is not None and sample < 1:
+        raise UsageError(Argument('sample', sample), ': must be at least 1. Name more')
+    count, chosen, wrong = 0, list[LoggedPassage](), list[tuple[str, Problem]]()
+    for passage in read_passages(logs, progress=progress):
+        count += 1
+        if not is_wanted(passage, days, years):
+            continue
+        fault = next(passage.problems(), None)
+        if fault is None and not any(map(has_wind, passage.entries)):
+            key = f'passage {passage.name}, wind_mps'
+            fault = Problem(key, ABSENT, 'has no wind to make a sea', 'Give it some.')
+        if fault is not None:
+            wrong.append((passage.name, fault))
+        if fault is None or not skip_wrong:
+            chosen.append(passage)
+    if not chosen:
+        raise UsageError(
+            f'{logs}: none of its {count} passages matches. List them with `tauto logbook`'
+        )
+    if sample is not None and sample < len(chosen):
+        places = np.linspace(0, len(chosen) - 1, sample).round().astype(int)
+        chosen = [chosen[place] for place in places]
     if wrong and not skip_wrong:
         (_, problem), *tail = wrong
         skip = ArgumentText('Correct them, or leave them out with ', _SKIP, '.')
@@ -342,7 +330,7 @@ def make_trial(
         scenes[0][1].seed,
         harbour_days,
         longest_s,
-        chosen,
+        tuple(chosen),
         tuple(wrong),
         anyway,
     )
@@ -533,7 +521,7 @@ def sail_trial(
         columns=COLUMNS,
         identity=trial.identity(),
     )
-    return list(sail(plan, jobs, out, progress))
+    return sail(plan, jobs, out, progress)
 
 
 # -----------------------------------------------------------------------------
