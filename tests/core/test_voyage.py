@@ -134,15 +134,6 @@ def test_machine_and_sea_are_built_once_a_run(monkeypatch):
     assert sorted(built) == ['channels', 'machine']
 
 
-def test_chunks_of_any_size_give_the_same_report(measured, monkeypatch):
-    scene, report, _ = measured
-    monkeypatch.setattr(voyage, 'CHUNK', 37)
-    again = sail(scene).result
-    assert {k: again[k] for k in ('trochlea', 'clock', 'drift', 'longitude')} == {
-        k: report[k] for k in ('trochlea', 'clock', 'drift', 'longitude')
-    }
-
-
 def test_a_voyage_resumes_from_its_state_bit_for_bit():
     scene = load_scene('measured', duration=30.0)
     source, stages = ShipSource(scene), pipeline(scene)

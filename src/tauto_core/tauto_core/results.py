@@ -43,7 +43,7 @@ from tauto_core.scene import Scene
 from tauto_core.scene.errors import TautoError, install
 from tauto_core.scene.times import DAY_S, NS_PER_S
 from tauto_core.ship.coast import ends_of
-from tauto_core.wording import figure, least, significant, span, to_sigma, with_sigma
+from tauto_core.wording import figure, least, significant, span, with_sigma
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -518,14 +518,9 @@ def _drift_rows(drift: _Section) -> list[_Row]:
         rows.append(_sigmas('error of the offset', drift['offset_error_sigmas']))
     if 'rate_error_sigmas' in drift:
         since_s = drift['rate_compared_from_s']
-        mean = 'the run' if since_s == 0.0 else ''
-        mean = 'the voyage' if 'mean_rate_s_per_day' in drift else mean
-        words = f'mean of {mean}' if mean else f'mean after {span(since_s)}'
-        if not mean:
-            # the group `clock` has the mean of the whole run only
-            pair = drift['rate_compared_s_per_day'], drift['rate_sigma_s_per_day']
-            rows.append((f'rate of the dial, {words}', to_sigma(*pair, signed=True), 's/day'))
-        rows.append(_sigmas(f'error of the rate, {words}', drift['rate_error_sigmas']))
+        of = 'of the run' if since_s == 0.0 else f'after {span(since_s)}'
+        of = 'of the voyage' if 'mean_rate_s_per_day' in drift else of
+        rows.append(_sigmas(f'error of the rate, mean {of}', drift['rate_error_sigmas']))
     return rows
 
 

@@ -369,9 +369,7 @@ class Voyage:
     def temperature_celsius(self) -> FloatArray:
         """Temperature in the box of the clock at `time_s` [°C], empty without `air`."""
         celsius = self._read(SHIP_TEMPERATURE, lambda samples: samples.temperature)
-        if not len(celsius):
-            return celsius
-        return _fixed(np.interp(self.time_s, self._seconds(SHIP_TEMPERATURE), celsius))
+        return self._at_logs(self._seconds(SHIP_TEMPERATURE), celsius)
 
     @cached_property
     def observation_time_s(self) -> FloatArray:
@@ -397,9 +395,7 @@ class Voyage:
     @cached_property
     def roll_rad(self) -> FloatArray:
         """Roll of the ship at `time_s` [rad], empty if the voyage does not log its motion."""
-        if not len(self.motion_time_s):
-            return np.empty(0)
-        return _fixed(np.interp(self.time_s, self.motion_time_s, self.motion_roll_rad))
+        return self._at_logs(self.motion_time_s, self.motion_roll_rad)
 
     motion_gravity_m_s2 = _array(
         SHIP_IMU, lambda imu: np.sqrt(np.square(imu.linear_acceleration).sum(axis=1))
@@ -476,6 +472,9 @@ class Voyage:
         # without covariates the rate is the same as its mean
         name = column if column in samples.name else column.removeprefix('mean_')
         return _fixed(samples.position[:, samples.name.index(name)])
+
+    def _at_logs(self, times: FloatArray, values: FloatArray) -> FloatArray:
+        return _fixed(np.interp(self.time_s, times, values)) if len(times) else times
 
     def _seconds(self, topic: str) -> FloatArray:
         return self._read(topic, lambda samples: (samples.stamp_ns - self.start_ns) / NS_PER_S)

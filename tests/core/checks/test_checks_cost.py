@@ -329,7 +329,7 @@ def test_a_shorter_trial_bounds_what_the_whole_would():
     scene = with_ship('second_cam_at_sea', 1200.0, rate=2.0)
     part, whole = (try_out(scene, *DIAL, each, None) for each in (75.0, 1200.0))
     assert (part.tried_s, whole.tried_s) == (75.0, 1200.0)
-    assert 0.33 * whole.sampling_s < part.sampling_s < 30.0 * whole.sampling_s
+    assert 0.33 * whole.sampling_error_s < part.sampling_error_s < 30.0 * whole.sampling_error_s
 
 
 def test_a_long_log_interval_does_not_lengthen_the_trial():
@@ -340,7 +340,7 @@ def test_a_long_log_interval_does_not_lengthen_the_trial():
     )
     found = try_out(scene, *DIAL, 600.0, None)
     assert found.tried_s == pytest.approx(600.0, rel=0.05)
-    assert found.sampling_s > 0.0
+    assert found.sampling_error_s > 0.0
 
 
 def test_the_bound_covers_the_jumps_of_a_case_in_rough_pivots():
@@ -382,7 +382,7 @@ def test_a_step_without_divisors_has_no_bound():
     ship = scene.ship.model_copy(update={'rate': 1e9 / PRIME_NS})
     log = scene.log.model_copy(update={'interval': PRIME_NS * 1e-9})
     odd = scene.model_copy(update={'ship': ship, 'log': log, 'duration': 4 * PRIME_NS * 1e-9})
-    assert try_out(odd, *DIAL, 4.0, None).sampling_s is None
+    assert try_out(odd, *DIAL, 4.0, None).sampling_error_s is None
 
 
 def test_a_motion_that_ends_early_is_tried_up_to_its_end():
@@ -396,7 +396,7 @@ def test_a_motion_that_ends_early_is_tried_up_to_its_end():
     with pytest.raises(PropagationError, match='thread') as ended:
         sail(violent, anyway=True)
     assert 2.0 < ended.value.time_s < 60.0
-    assert 0.0 < try_out(violent, *DIAL, 60.0, 2e-12).sampling_s < 1e-6
+    assert 0.0 < try_out(violent, *DIAL, 60.0, 2e-12).sampling_error_s < 1e-6
 
 
 def test_work_counts_a_case_an_axle_and_the_duration():

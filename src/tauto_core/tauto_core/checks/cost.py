@@ -157,37 +157,6 @@ class Growth:
 
 
 @dataclass(frozen=True)
-class TrialErrors:
-    """The errors in trial runs of the beginning of a scene.
-
-    Attributes:
-        tried_s: length of the beginning [s].
-        sampling_s: bound of the error of the reading in the whole run by sampling the motion [s].
-            `None` on a still ship, if no finer step is a whole number of nanoseconds, or if the
-            processor time ended before a result.
-        steps_s: the same for the steps, 0 without steps, `None` without a result. A finer
-            tolerance may divide the motion into other pieces. This difference may count as
-            sampling or as steps.
-        rounding_s: the same for rounding that grows exponentially, else 0.
-        growth: the growth of a small distance. `None` without steps, on land unless a thread
-            swings, or if the motion ended too early.
-        until_s: time until which the bound is below `LEGIBLE` [s], if it grows exponentially and
-            exceeds that before the end, else `None`.
-        cost_a_second: processor time of a second of that motion [s].
-        was_cut: whether the processor time ended before the runs were done.
-    """
-
-    tried_s: float
-    sampling_s: float | None
-    steps_s: float | None
-    rounding_s: float = 0.0
-    growth: Growth | None = None
-    until_s: float | None = None
-    cost_a_second: float = 0.0
-    was_cut: bool = False
-
-
-@dataclass(frozen=True)
 class _Ran:
     """Half turns and fractions at the logged instants of a run, (n, 2), its cost and its end.
 
@@ -208,7 +177,7 @@ def try_out(
     tolerance: float | None,
     limit: Limit | None = None,
     lasts_s: float = math.inf,
-) -> TrialErrors:
+) -> Forecast:
     """Run the beginning of a scene as it is, with a finer tolerance, and with finer samples too.
 
     The dial advances by `nominal_s` in a turn of the phase, and its error by rounding is
@@ -216,6 +185,10 @@ def try_out(
     beginning lasts at most `longest_s`, but at least two log intervals. Growth is followed
     `GROWTH_LENGTHS` times as long. After `lasts_s` sampling causes no more errors, unless errors
     grow.
+
+    In the result `rounding_error_s` is only of rounding that grows, and `error_s` is `None`. A
+    finer tolerance may divide the motion into other pieces, and the difference then counts as
+    sampling or as steps.
     """
     limit = Limit() if limit is None else limit
     scene, ends_s = _closely_logged(scene, longest_s, tolerance), scene.duration
@@ -243,13 +216,16 @@ def try_out(
         growing = _Growing.of(runs[-2], runs[-1], scene)
     interval_s = scene.log_interval_ns / NS_PER_S
     count = min(len(series) for series in (runs[0].phases, steps, sampling) if series is not None)
-    trial = TrialErrors(
+    trial = Forecast(
+        run_s=ends_s * runs[0].cost_a_second,
+        steps_a_swing=None,
+        error_s=None,
+        sampling_error_s=None,
+        steps_error_s=None,
+        rounding_error_s=0.0,
         tried_s=max(count - 1, 0) * interval_s,
-        sampling_s=None,
-        steps_s=None,
-        growth=None if growing is None else growing.found,
-        cost_a_second=runs[0].cost_a_second,
         was_cut=any(ran.was_cut for ran in runs),
+        growth=None if growing is None else growing.found,
     )
     if trial.was_cut and count < 2:
         return trial
@@ -277,10 +253,10 @@ def try_out(
         )
     return replace(
         trial,
-        sampling_s=bounds[0],
-        steps_s=bounds[1] if stepping else 0.0,
-        rounding_s=grown_rounding_s,
-        until_s=until_s,
+        sampling_error_s=bounds[0],
+        steps_error_s=bounds[1] if stepping else 0.0,
+        rounding_error_s=grown_rounding_s,
+        bounded_until_s=until_s,
     )
 
 
@@ -611,7 +587,7 @@ def forecast(
     longest_s = scene.duration * trial_s / (len(seas) * WORK * work_s(scene))
     if machine.drag and machine.drag.viscous > 2.0 * machine.inertia * machine.frequency:
         longest_s = min(longest_s, CREEP_TRIED_S)
-    trials: list[tuple[float, TrialErrors, Scene, dict[str, Any] | None]] = []
+    trials: list[tuple[float, Forecast, Scene, dict[str, Any] | None]] = []
     for sea in seas:
         in_sea = scene.model_copy(update={'ship': sea.ship})
         trial = try_out(
@@ -623,30 +599,25 @@ def forecast(
             Limit(LONGEST_TRIAL_S * trial_s / TRIAL_RUN_S / len(seas)),
             sea.lasts_s,
         )
-        unknown = trial.steps_s is None or not (in_sea.lies_still or trial.sampling_s is not None)
-        parts_s = (trial.sampling_s or 0.0) + (trial.steps_s or 0.0) + trial.rounding_s
+        is_sampled = in_sea.lies_still or trial.sampling_error_s is not None
+        unknown = trial.steps_error_s is None or not is_sampled
         state = None if sea.figures is None else {'why': sea.why, **sea.figures}
-        trials.append((math.inf if unknown else parts_s, trial, in_sea, state))
+        trials.append((math.inf if unknown else trial.phase_error_s, trial, in_sea, state))
         if progress is not None:
             progress(len(trials) / len(seas))
     parts_s, trial, in_sea, state = max(trials, key=lambda row: row[0])
-    rounding_s += trial.rounding_s
-    is_known = math.isfinite(parts_s) and trial.until_s is None
+    rounding_s += trial.rounding_error_s
+    is_known = math.isfinite(parts_s) and trial.bounded_until_s is None
     swing_s = machine.small_period
     with suppress(CamRangeError, SlackThreadError):  # not free as released
         swing_s = machine.period(machine.release_angle)
-    return Forecast(
-        run_s=scene.duration * trial.cost_a_second,
+    return replace(
+        trial,
         steps_a_swing=swing_s / step_s if stepping else None,
-        error_s=_stated(parts_s - trial.rounding_s + rounding_s) if is_known else None,
-        sampling_error_s=trial.sampling_s,
-        steps_error_s=trial.steps_s,
+        error_s=_stated(parts_s - trial.rounding_error_s + rounding_s) if is_known else None,
         rounding_error_s=rounding_s,
-        tried_s=trial.tried_s,
         shortest_wave_s=_shortest_wave_s(in_sea),
         was_cut=any(trial.was_cut for _, trial, _, _ in trials),
-        growth=trial.growth,
-        bounded_until_s=trial.until_s,
         decided_by=state,
     )
 
