@@ -36,7 +36,6 @@ from tauto_core.bags.write import (
     TYPE_HASH,
     BagWriter,
     check_folder,
-    definition_of,
 )
 from tauto_core.files import LARGEST_YAML, YamlError, decompressed, read_yaml
 from tauto_core.samples import SCENE
@@ -428,12 +427,7 @@ def recover_bag(path: Path, out: Path | None = None) -> Recovered:
                         key = f'{channel.topic} {channel.ros_type}'
                         if key not in keys:
                             keys[key] = channel.topic
-                            is_known = channel.ros_type in MESSAGE_TYPES
-                            computed = definition_of(channel.ros_type)[1] if is_known else ''
-                            metadata = {
-                                QOS: channel.metadata.get(QOS, ''),
-                                TYPE_HASH: channel.metadata.get(TYPE_HASH, '') or computed,
-                            }
+                            metadata = {QOS: '', TYPE_HASH: '', **channel.metadata}
                             writer.declare(key, channel._replace(metadata=metadata))
                         writer.copy(key, message)
         writer.describe(report.custom)

@@ -135,14 +135,7 @@ def _spin(nodes: Sequence[GraphNode], signals: Signals) -> None:
             executor.add_node(node)
         while not stop.done():
             # A bare spin() of the events executor busy-loops. A finite wait does not.
-            try:
-                executor.spin_until_future_complete(stop, 3600.0)
-            except ValueError as error:
-                # Our own callbacks are guarded: rclpy raises it for a time before 0 on /clock.
-                # Each message would soon fill a pipe without a reader, and block the node.
-                nodes[0].get_logger().error(
-                    f'messages are left aside: rclpy: {error}', throttle_duration_sec=10.0
-                )
+            executor.spin_until_future_complete(stop, 3600.0)
 
 
 def _leave(nodes: Sequence[GraphNode]) -> None:
@@ -189,10 +182,8 @@ def run_nodes(makers: Sequence[Maker], args: Sequence[str] | None = None) -> int
             nodes.append(maker())
         _spin(nodes, signals)
     except (RCLError, UnknownROSArgsError) as error:
-        # rcl's message, for example if the home folder cannot be written
-        unwritable = 'log directory' in str(error)
-        remedy = '. Set ROS_LOG_DIR to a folder that can be written' if unwritable else ''
-        refusal = ParameterError(f'command line, parameter file or environment: {error}{remedy}')
+        # rcl's message, for example if the folder of the logs (ROS_LOG_DIR) cannot be written
+        refusal = ParameterError(f'command line, parameter file or environment: {error}')
     except Exception as error:
         refusal = error
     for node in nodes:  # their remaining messages are written and sent
