@@ -22,6 +22,10 @@ SPRING = {
 }
 
 
+BOTH = {'kind': 'weight_and_spring', 'mass': 0.05, 'stiffness': 5.0}
+FAST = {'kind': 'synthesised', 'period': 0.001, 'range': 2.0}
+WIDE = {'kind': 'synthesised', 'period': 1.5, 'range': 2.0}
+NEAR = {'kind': 'hole', 'distance': 0.001}
 ROLL = {'kind': 'components', 'components': [{'amplitude': 0.1, 'period': 9.0}]}
 
 
@@ -68,6 +72,9 @@ def test_a_spring_too_stiff_for_a_convex_cheek(thread):
         ),
         ({'power': SPRING['power']}, 'power.kind', 'spring_corrected'),
         ({'cam': SPRING['cam']}, 'power.kind', 'weight_corrected'),
+        ({'power': BOTH}, 'power.kind', 'a weight and a spring together use cam kind synthesised'),
+        ({'cam': FAST, 'power': BOTH}, 'cam.period', 'slower by itself'),
+        ({'cam': WIDE, 'power': BOTH, 'thread': NEAR}, 'cam.kind', 'longer than the hole is away'),
         (
             {'power': {'kind': 'force', 'force': 2.0}, 'thread': HOLE},
             'power.kind',

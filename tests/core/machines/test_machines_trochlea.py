@@ -104,6 +104,7 @@ ARC = {'cam': {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': 0.01}}
 FORCE = {'kind': 'force', 'force': 2.0}
 SPRING = {'kind': 'spring', 'force': 2.0, 'stiffness': 5.0}
 WEIGHT = {'kind': 'weight', 'mass': 0.2}
+BOTH = {'kind': 'weight_and_spring', 'mass': 0.2, 'stiffness': 5.0}
 MASSLESS = {'kind': 'weight', 'mass': 0.2, 'massless': True}
 
 
@@ -116,6 +117,7 @@ MASSLESS = {'kind': 'weight', 'mass': 0.2, 'massless': True}
         ({'power': SPRING}, (0.0, 0.0, 2.0, 5.0), False),
         ({'power': WEIGHT}, (0.2, 0.2, 0.0, 0.0), True),
         ({'power': MASSLESS}, (0.0, 0.2, 0.0, 0.0), True),
+        ({'power': BOTH}, (0.2, 0.2, 0.0, 5.0), True),
         (HOLE | {'power': FORCE}, (0.0, 0.0, 2.0, 0.0), False),
         (HOLE | {'power': SPRING}, (0.0, 0.0, 2.0, 5.0), False),
         (HOLE | {'power': WEIGHT}, (0.2, 0.2, 0.0, 0.0), False),
