@@ -439,13 +439,11 @@ def read_edition(
         ),
         tuple(
             Paragraph(
-                entry['number'],
-                entry['argues'],
-                entry['latin'],
-                tuple(entry.get('runs', ())),
-                tuple(entry.get('figures', ())),
-                entry.get('found', ''),
-                entry.get('lacks', ''),
+                **{
+                    key: tuple(value) if isinstance(value, list) else value
+                    for key, value in entry.items()
+                    if key != 'claims'
+                }
             )
             for entry in text['paragraphs']
         ),

@@ -92,7 +92,17 @@ def paper_page(edition: Edition, claims: Sequence[Claim]) -> str:
     """Return the page of a paper as HTML."""
     checked = edition.checked(claims)
     figures = {figure.name: figure for figure in edition.figures}
-    frames = {_id(figure): _frames(figure) for figure in edition.figures if figure.controls}
+    frames = {}
+    for figure in edition.figures:
+        # the drawings for all values of the controls, of which the last changes first
+        every = itertools.product(*(control.values for control in figure.controls))
+        views = [figure.draw(*values) for values in every if values]
+        if views:
+            frames[_id(figure)] = {
+                'values': [[c.label(k) for k in range(len(c.values))] for c in figure.controls],
+                'drawn': [view.drawing.markup for view in views],
+                'says': [_sentence(typeset(view.says)) for view in views],
+            }
     template = Template(Path(__file__).with_name('site_page.html').read_text(encoding='utf-8'))
     return template.substitute(
         short=escape(edition.short),
@@ -193,17 +203,6 @@ def _figure(figure: EulerFigure) -> str:
         f'<figcaption>{called}, constructed from the text. {_sentence(figure.caption)}'
         f'</figcaption></figure>'
     )
-
-
-def _frames(figure: EulerFigure) -> dict[str, list[list[str]] | list[str]]:
-    """Return the drawings for all values of the controls. The last control changes first."""
-    every = itertools.product(*(control.values for control in figure.controls))
-    views = [figure.draw(*values) for values in every]
-    return {
-        'values': [list(map(item.label, range(len(item.values)))) for item in figure.controls],
-        'drawn': [view.drawing.markup for view in views],
-        'says': [_sentence(typeset(view.says)) for view in views],
-    }
 
 
 def _sentence(words: str) -> str:
