@@ -6,7 +6,6 @@ import re
 from base64 import b64decode
 from html import unescape
 from io import BytesIO
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -61,16 +60,6 @@ def test_a_map_with_long_coasts_is_small_and_keeps_its_colours() -> None:
         asked = np.array(to_rgb(COLOURS[name])) * 255.0
         near = np.max(np.abs(seen - asked), axis=1) < 12.0
         assert np.count_nonzero(near) > 300
-
-
-def test_a_voyage_writes_its_page(voyage: tauto.Voyage, tmp_path: Path) -> None:
-    page = tmp_path / 'page.html'
-    voyage.report(page)
-    written = unescape(page.read_text(encoding='utf-8'))
-    assert len(written) < 2.5e6
-    assert f"voyage.report('{page}')" in written
-    with pytest.raises(tauto.TautoError, match=r'file=page\.txt: must end in \.html'):
-        voyage.report('page.txt')
 
 
 def test_a_comparison_is_a_sentence_and_a_row_for_each_case() -> None:

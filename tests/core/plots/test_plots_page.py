@@ -53,7 +53,7 @@ def voyage() -> tauto.Voyage:
 @pytest.fixture(scope='module')
 def page(voyage: tauto.Voyage, tmp_path_factory: pytest.TempPathFactory) -> Path:
     file = tmp_path_factory.mktemp('report') / 'report.html'
-    write_report(voyage, file, 'tauto report second_cam_at_sea')
+    voyage.report(file)
     return file
 
 
@@ -75,7 +75,7 @@ def test_the_page_holds_all_it_needs(page: Path) -> None:
     assert links.found == []
     assert page.stat().st_size < LARGEST_BYTES
     for words in (
-        'tauto report second_cam_at_sea',
+        f'voyage.report(&#x27;{page}&#x27;)',
         'lever_rate: 0.01',
         'llvmlite ',
         '<h2>The ship in the sea, and its clock</h2>',
