@@ -564,7 +564,8 @@ def sail(
     if judge and scene.accuracy is not None:
         from tauto_core.checks.cost import accuracy_reached, is_steep, missed_words
 
-        if scene.states_accuracy or is_steep(scene, machine):
+        is_stated = scene.solver is not None and scene.solver.accuracy is not None
+        if is_stated or is_steep(scene, machine):
             reached = accuracy_reached(scene, machine)
             if not reached['holds']:
                 warnings.append(missed_words(reached))

@@ -369,7 +369,7 @@ def test_an_empty_name_is_refused_as_such() -> None:
 
 def test_a_key_of_a_section_that_a_name_stands_for_says_so() -> None:
     with pytest.raises(
-        SceneError, match=r"scene: ship\.hull is 'deptford'\. Write ship\.hull as a m"
+        SceneError, match=r"scene: ship\.hull is 'deptford'\. Name a key of the scene"
     ):
         load_scene('portsmouth_jamaica', **{'ship.hull.length': 34.0})
 

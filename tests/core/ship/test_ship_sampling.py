@@ -80,7 +80,7 @@ def test_an_accuracy_replaces_tolerance_and_rate():
 def test_the_default_accuracy_is_a_millionth_of_a_second_a_day():
     name = 'involute_weight_at_sea'
     scene = load_scene(name)
-    assert (scene.solver, scene.accuracy, scene.states_accuracy) == (None, ACCURACY, False)
+    assert (scene.solver, scene.accuracy) == (None, ACCURACY)
     assert scene.ship.rate == load_scene(name, **{'solver.accuracy': ACCURACY}).ship.rate < 20.0
     assert tolerance(scene, compile_machine(scene)) == pytest.approx(1e-3 * ACCURACY)
 

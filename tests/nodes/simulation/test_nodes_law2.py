@@ -165,7 +165,8 @@ def test_a_graph_is_as_exact_as_it_is_asked_to_be(tmp_path: Path) -> None:
     assert isinstance(felt, ImuSamples)
     assert np.abs(felt.linear_acceleration[:, 0]).max() > 0.1  # the hull surges and pitches
     sailed = parse_scene(read_bag(tmp_path / 'graph').scene, 'graph')
-    assert (sailed.accuracy, sailed.states_accuracy) == (0.1, True)
+    assert sailed.accuracy == 0.1
+    assert sailed.solver is not None
     assert sailed.ship.rate < 10.0
 
 

@@ -311,7 +311,12 @@ ENTRIES: dict[str, Entry] = {
     'fleet': Command(('fleet', 'trial'), shown.fleet, has_scene=True, run=fleet),
     'plot': Command(('plot',), **DRAWN, default_file='{title}_{what}.svg'),
     'report': Command(('report',), **DRAWN, default_file='{title}.html'),
-    'euler': Command(('claims',), shown.claims, writes=('site',), holds=shown.claims_hold),
+    'euler': Command(
+        ('claims',),
+        shown.claims,
+        writes=('site',),
+        holds=lambda claims: all(claim.verdict == claim.expected for claim in claims),
+    ),
     **dict.fromkeys(ROS_COMMANDS, run_of_ros),
     'scene': Group(
         'Check or print a scene, or write a new one.',

@@ -336,11 +336,6 @@ def claims(found: list[Claim], as_json: bool, given: Given) -> Said | None:
     return listed([*rows, ('', summary(found))])
 
 
-def claims_hold(found: list[Claim]) -> bool:
-    """Return whether every claim is as expected."""
-    return all(claim.verdict == claim.expected for claim in found)
-
-
 def claim_facts(claim: Claim) -> dict[str, Any]:
     """Return a claim as JSON, with None for values that cannot be evaluated."""
     return {

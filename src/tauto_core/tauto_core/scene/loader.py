@@ -183,11 +183,6 @@ class Scene(Section):
             return ACCURACY
         return self.solver.accuracy
 
-    @property
-    def states_accuracy(self) -> bool:
-        """Whether the scene states its accuracy."""
-        return self.solver is not None and self.solver.accuracy is not None
-
     def sections_besides(self, *used: str) -> tuple[str, ...]:
         """Return the sections that the scene sets and a study of its machine does not use.
 
@@ -700,10 +695,6 @@ def set_values(content: dict[str, Any], values: Mapping[str, object], origin: st
     _resolve_paths(content, Path.cwd())
 
 
-NAMED_SECTIONS = ('hull', 'material', 'oil')
-"""Sections that may be replaced by a name, as in `hull: deptford`."""
-
-
 def put_value(content: dict[str, Any], path: str, value: object, origin: str) -> None:
     """Set a copy of a value in the mapping of a scene, in place, converting from NumPy.
 
@@ -721,10 +712,8 @@ def put_value(content: dict[str, Any], path: str, value: object, origin: str) ->
         if key is not None:
             node[key] = _plain(value)
             return
-        parent = '.'.join(sections)
-        if isinstance(node, str) and parent.endswith(NAMED_SECTIONS):
-            problem = f'{problem}: {parent} is {node!r}'
-            remedy = f'Write {parent} as a mapping, with {leaf} and its other keys.'
+        if isinstance(node, str):  # a section may be replaced by a name, as in `hull: deptford`
+            problem = f'{problem}: {".".join(sections)} is {node!r}'
     else:
         problem = 'has an empty name'
         remedy = 'Write names with one dot between two, such as ship.rate.'
