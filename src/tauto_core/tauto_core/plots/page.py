@@ -347,12 +347,6 @@ def report_html(voyage: Voyage, command: str) -> str:
     budget = voyage.result.get('bag') and kept_budget(Path(str(voyage.result['bag'])))
     if budget:
         story.append(_budget(budget))
-    else:
-        say = f'tauto budget {voyage.scene.name}'
-        story.append(
-            f'<p class="note">The causes of the rate: <code>{escape(say)} --out BAG</code> keeps '
-            'them with the bag, and this page then shows them.</p>'
-        )
     rows = []
     for name, content in groups(voyage.result):
         rows.append(f'<tr><th colspan="3" scope="rowgroup">{escape(name)}</th></tr>')
