@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import signal
@@ -13,12 +14,18 @@ from itertools import cycle
 from pathlib import Path
 
 import pytest
+from builtin_interfaces.msg import Time
 from conftest import PATIENCE_S, start, until
+from diagnostic_msgs.msg import DiagnosticArray
+from rcl_interfaces.msg import Log
 from rclpy.node import Node
+from rclpy.qos import QoSDurabilityPolicy, QoSProfile
+from rosgraph_msgs.msg import Clock
 from typer.testing import CliRunner
 
 from tauto_core.bags import check_bag, read_bag
 from tauto_core.cli.app import app
+from tauto_nodes.live import executor_named
 from tauto_nodes.simulation import supervisor as graph
 from tauto_nodes.simulation.supervisor import Child
 
@@ -226,6 +233,54 @@ def test_a_frozen_node_loses_nothing_nor_holds_others_up(
     assert check_bag(out).whole
 
 
+def test_a_clock_before_zero_ends_no_node(
+    ros: Callable[[Sequence[str]], None], tmp_path: Path
+) -> None:
+    executors = {'longitude': 'events', 'drift_estimator': 'single'}
+    logs = {node: tmp_path / f'{node}.log' for node in executors}
+    # The events executor tells of each such time itself, which would fill a pipe.
+    with contextlib.ExitStack() as files:
+        processes = {
+            node: start(
+                node,
+                *('--ros-args', '-p', 'use_sim_time:=true', '-p', f'executor:={executor}'),
+                stdout=files.enter_context(logs[node].open('w')),
+            )
+            for node, executor in executors.items()
+        }
+    ros(())
+    simulator, executor = Node('simulator'), executor_named('single')
+    executor.add_node(simulator)
+    clock = simulator.create_publisher(Clock, '/clock', QoSProfile(depth=10))
+    complained: set[str] = set()
+    reported: set[str] = set()
+
+    def hear(array: DiagnosticArray) -> None:
+        if array.header.stamp.sec == 3:
+            reported.update(status.name for status in array.status)
+
+    latched = QoSProfile(depth=100, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
+    simulator.create_subscription(
+        Log,
+        '/rosout',
+        lambda log: complained.add(log.name) if 'negative' in log.msg else None,
+        latched,  # a complaint may come before the subscription is matched
+    )
+    simulator.create_subscription(DiagnosticArray, '/diagnostics', hear, QoSProfile(depth=10))
+    for second, heard in ((-5, complained), (3, reported)):
+        deadline_s = time.monotonic() + PATIENCE_S
+        while not executors.keys() <= heard:  # others in the domain may be heard, too
+            assert all(process.poll() is None for process in processes.values())
+            assert time.monotonic() < deadline_s, heard
+            clock.publish(Clock(clock=Time(sec=second)))
+            executor.spin_once(0.05)
+    executor.shutdown()
+    simulator.destroy_node()
+    for node, process in processes.items():
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=PATIENCE_S) == 0, logs[node].read_text()
+
+
 def test_a_node_that_hangs_says_where_before_it_is_killed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -247,7 +302,7 @@ def test_a_node_that_hangs_says_where_before_it_is_killed(
     assert 'in <lambda>' in child.said()
 
 
-def test_a_log_folder_that_cannot_be_made_is_named() -> None:
+def test_a_log_folder_that_cannot_be_made_has_a_remedy() -> None:
     home = {name: value for name, value in os.environ.items() if not name.startswith('ROS_LOG')}
     done = subprocess.run(
         [sys.executable, '-m', 'tauto_nodes', 'longitude'],
@@ -258,7 +313,7 @@ def test_a_log_folder_that_cannot_be_made_is_named() -> None:
     )
     assert done.returncode == 2
     assert "log directory '/proc/nowhere/.ros/log'" in done.stderr
-    assert 'Traceback' not in done.stderr
+    assert done.stderr.endswith('Set ROS_LOG_DIR to a folder that can be written\n')
 
 
 HELD = """

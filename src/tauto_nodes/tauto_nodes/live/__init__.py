@@ -135,7 +135,14 @@ def _spin(nodes: Sequence[GraphNode], signals: Signals) -> None:
             executor.add_node(node)
         while not stop.done():
             # A bare spin() of the events executor busy-loops. A finite wait does not.
-            executor.spin_until_future_complete(stop, 3600.0)
+            try:
+                executor.spin_until_future_complete(stop, 3600.0)
+            except ValueError as error:
+                # Our own callbacks are guarded: rclpy raises it for a time before 0 on /clock.
+                # Each message would soon fill a pipe without a reader, and block the node.
+                nodes[0].get_logger().error(
+                    f'messages are left aside: rclpy: {error}', throttle_duration_sec=10.0
+                )
 
 
 def _leave(nodes: Sequence[GraphNode]) -> None:
