@@ -21,7 +21,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from tauto_core.kernels import compiled
 from tauto_core.machines import Machine
 from tauto_core.machines.drags import Drag
 from tauto_core.machines.heat import HeatFactors
@@ -105,10 +104,12 @@ class _FreeNumbers(NamedTuple):
 
     Attributes:
         wheel: the wheel with a taut thread.
+        bare: the wheel without its thread.
         scale: √(m/I) at the reference temperature [1/m], or `None` for a massless weight.
     """
 
     wheel: Wheel
+    bare: Wheel
     scale: float | None
 
 
@@ -249,17 +250,11 @@ class FreeWheel(_FreeNumbers, LooseSystem):
 
         Friction does not hold it if the thread is about to tauten.
         """
-        torque = _holding_torque(self, mode_of(state), angle, at)
-        coulomb = wheel_now(self.wheel, at).per_inertia.coulomb
-        _place_at_rest(omega, angle, at, state)
+        self.bare.set_off(omega, angle, at, state)
         gap = self.gap_at(angle - at.tilt.value, planes_of(omega, state.planes), at)
-        if coulomb is not None and abs(torque) <= coulomb and gap > ABOUT_TO_TAUTEN:
-            state.held, state.held_angle = True, angle
-            return
-        state.held = False
-        if coulomb is not None and abs(torque) > coulomb:
-            state.direction = -1 if torque > 0.0 else 1
-        state.armed = is_due(self, state, float(state.direction), angle)
+        if state.held and not gap > ABOUT_TO_TAUTEN:
+            state.held = False
+            state.armed = is_due(self, state, float(state.direction), angle)
 
     def gap_at(self, q: float, planes: tuple[Plane, ...], at: Inputs) -> float:
         """Return the gap of the thread at ϑ = q, with the weight of a state."""
@@ -292,7 +287,7 @@ class FreeWheel(_FreeNumbers, LooseSystem):
         if reached < 1.0:
             self.set_off(omega, angle, at, state)
         else:
-            _place_at_rest(omega, angle, at, state)
+            self.bare.rest_at(omega, angle, at, state)
         return reached
 
     def let_go(self, taut: Wheel, omega: Omega, at: Inputs, now: Instant, free: Any) -> None:
@@ -357,30 +352,13 @@ class WatchHeld(NamedTuple):
         state, work, angle = run.state, run.work, run.state.held_angle
         at = outside_at(place.terms, place.begin + xi * place.size, work)
         per_inertia = wheel_now(free.wheel, at).per_inertia
-        torque = _holding_torque(free, mode_of(state), angle, at)
         lift = lever_arm(free.wheel.lever, 1.0, abs(angle - at.tilt.value)).lift
         if free.scale is None:
             gap = free.pull_rounding - pull_of(per_inertia, lift, at.gravity)
         else:
             height, _ = inside(run.omega, 1, place.size * place.length, xi, state.planes, work)
             gap = height - free.scale * lift + rounding_of(angle, height)
-        return abs(torque) > term(per_inertia.coulomb, 1.0) or not gap > 0.0
-
-
-@compiled
-def _holding_torque(free: FreeWheel, mode: Mode, angle: float, at: Inputs) -> float:
-    """Return the torque over I that holds the wheel without its thread at θ = angle."""
-    per_inertia, tilt = wheel_now(free.wheel, at).per_inertia, at.tilt
-    aside = unbalanced(per_inertia, angle - tilt.value - at.lean, at.gravity)
-    return at.drive.bend - tilt.bend + aside + term(per_inertia.recoil, mode.pallet)
-
-
-@compiled
-def _place_at_rest(omega: Omega, angle: float, at: Inputs, state: RunningState) -> None:
-    """Put the wheel at rest in the moving case at θ = angle: ϑ̇ = −τ̇."""
-    plane = state.planes[0]
-    plane.x, plane.x_rest = angle - at.tilt.value, 0.0
-    plane.y, plane.y_rest = (at.drive.rate - at.tilt.rate) / omega[0], 0.0
+        return free.bare.breaks_loose(mode_of(state), angle, at) or not gap > 0.0
 
 
 # -----------------------------------------------------------------------------
@@ -471,9 +449,11 @@ class Collocation(SlackThread):
         if not wheel.has_weight:
             return None
         carried = wheel.per_inertia.carried
+        terms = dict.fromkeys(('carried', 'force', 'stiffness', 'weight'))
+        bare = wheel._replace(per_inertia=wheel.per_inertia._replace(**terms), shape=None)
         if carried is None:
-            return Model(FreeWheel(wheel, None), (omega[0],))
-        return Model(FreeWheel(wheel, math.sqrt(carried)), (omega[0], omega[0]))
+            return Model(FreeWheel(wheel, bare, None), (omega[0],))
+        return Model(FreeWheel(wheel, bare, math.sqrt(carried)), (omega[0], omega[0]))
 
     def _outside(self, forcing: Forcing) -> ForcingPieces:
         """Return the pieces of the forcing, with thermal parameters if heat acts."""
