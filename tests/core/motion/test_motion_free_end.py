@@ -44,57 +44,49 @@ CHEEK = {
     'release_angle': 0.5,
 }
 CASES = {
-    'a weight with drag': {'trochlea': WEIGHT, 'drag': {'viscous': 1e-5}, 'escapement': IMPULSE},
+    'a weight with drag': {'trochlea': WEIGHT, 'escapement': IMPULSE},
     'recoil': {
         'trochlea': WEIGHT,
-        'drag': {'viscous': 1e-5},
         'escapement': {**IMPULSE, 'rest': {'friction': 0.0, 'recoil': 5e-4}},
     },
     'a force': {'trochlea': FORCE, 'drag': {'viscous': 2e-5}, 'escapement': IMPULSE},
     'impulses before the middle': {
         'trochlea': WEIGHT,
-        'drag': {'viscous': 1e-5},
         'escapement': {**IMPULSE, 'angle': -0.2},
     },
     "the weight's own cam": {
         'trochlea': {**WEIGHT, 'cam': {'kind': 'weight_corrected', 'period': 4.0}},
-        'drag': {'viscous': 1e-5},
         'escapement': {**IMPULSE, 'angle': -0.1},
     },
     'a spring on an involute': {
         'trochlea': {**WEIGHT, 'power': {'kind': 'spring', 'force': 1.5, 'stiffness': 2.0}},
-        'drag': {'viscous': 1e-5},
         'escapement': IMPULSE,
     },
     'a cheek, whose kink is where impulses are': {
         'trochlea': CHEEK,
-        'drag': {'viscous': 1e-5},
         'escapement': {**IMPULSE, 'angle': 0.0},
     },
     'a cheek, impulses behind its kink': {
         'trochlea': CHEEK,
-        'drag': {'viscous': 1e-5},
         'escapement': {**IMPULSE, 'energy': 5e-5, 'rest': {'friction': 0.0, 'recoil': 5e-4}},
     },
     'a cheek, impulses before its kink': {
         'trochlea': CHEEK,
-        'drag': {'viscous': 1e-5},
         'escapement': {**IMPULSE, 'angle': -0.1},
     },
     'an unbalanced wheel': {
         'trochlea': {**WEIGHT, 'imbalance': {'moment': 2e-4, 'direction': 0.4}},
-        'drag': {'viscous': 1e-5},
         'escapement': IMPULSE,
     },
     'a swing that grows': {
         'trochlea': {**WEIGHT, 'release_angle': 0.5},
-        'drag': {'viscous': 1e-5},
         'escapement': {**IMPULSE, 'energy': 4e-3, 'angle': 0.0},
     },
 }
 
 
 def forced(case, *, log=4.0, duration=40.0, ship=SEA):
+    case = {'drag': {'viscous': 1e-5}, **case}
     scene = scene_of(ship=ship, duration=duration, log={'interval': log}, **case)
     machine = compile_machine(scene)
     return machine, sampled(scene, machine, 8)
@@ -181,7 +173,6 @@ def test_an_impulse_passed_twice_within_a_long_step_is_given(release, angle, rol
     """
     case = {
         'trochlea': {**WEIGHT, 'release_angle': release},
-        'drag': {'viscous': 1e-5},
         'escapement': {'kind': 'impulse', 'energy': 1e-4, 'angle': angle},
     }
     components = [

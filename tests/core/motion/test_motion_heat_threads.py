@@ -9,13 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
 from motion_cases import LEVER, LEVER_WHEEL, LONG_THREAD, on_land, scene_of
-from test_motion_heat import first_spans, warmed
+from test_motion_heat import warmed
 from test_motion_systems import at_sea
 from thread_references import HangingReference, Inputs, LeverReference, swing
 
@@ -160,25 +159,6 @@ def test_a_thread_that_warms_and_cools_moves_as_integrated(
     error, effect = compared(moved, warmed(forcing, interval_s, 20.0 + changes))
     assert effect > 1e-4
     assert error < 2e-10 + (1e-8 if moved.drag is None else 1e-3) * effect
-
-
-@pytest.mark.parametrize('name', ['lever of brass, oil, recoil', 'thread, brass, oil, recoil'])
-def test_chunks_with_heat_have_the_same_bits_after_restarts(name: str) -> None:
-    moved = machine(name)
-    forcing = warmed(at_sea(moved, 20.0, 4.0), 4.0, 20.0 + CHANGES)
-    whole = make_propagator(moved, still=False)
-    whole.release(forcing)
-    angle = whole.advance(forcing).angle
-    first, found = make_propagator(moved, still=False), []
-    first.release(forcing)
-    state = first.state()
-    for begin, end in pairwise([0, 7, 100, len(forcing.end)]):
-        cut = first_spans(forcing.rest(begin, float(forcing.begin[begin])), end - begin)
-        later = make_propagator(moved, still=False)
-        later.restore(state)
-        found.append(later.advance(cut).angle)
-        state = later.state()
-    assert np.concatenate(found).tobytes() == angle.tobytes()
 
 
 @pytest.mark.parametrize('name', ['lever, compensated', 'lever of zinc', 'thread, zinc'])
