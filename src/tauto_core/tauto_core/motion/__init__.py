@@ -182,9 +182,13 @@ def make_collocation(
     machine: AnyMachine, tolerance: float | None = None, sweeps: int | None = None
 ) -> Collocation | RealThreads:
     """Return the general propagator for a machine, which takes steps. This imports kernels."""
+    if sweeps is None:
+        count = sweeps_for(tolerance, not isinstance(machine, Machine) or machine.cam.kinked)
+    else:
+        count = sweeps
+    leaps = count > 0 and machine.escapement is not None
     if isinstance(machine, Machine):
-        count = sweeps_for(tolerance, machine.cam.kinked) if sweeps is None else sweeps
-        if count and machine.escapement is not None:
+        if leaps:
             from tauto_core.motion.free_end import FreeEndCollocation, arm_is_bent, takes_free_ends
 
             if takes_free_ends(machine):
@@ -193,12 +197,8 @@ def make_collocation(
         from tauto_core.motion.collocation import Collocation
 
         return Collocation(machine, tolerance)
-    sweeps = sweeps_for(tolerance, True) if sweeps is None else sweeps
-    if sweeps and machine.escapement is not None:
-        from tauto_core.motion.real_threads import FreeEndThreads, thread_takes_free_ends
+    from tauto_core.motion.real_threads import FreeEndThreads, RealThreads, thread_takes_free_ends
 
-        if thread_takes_free_ends(machine):
-            return FreeEndThreads(machine, tolerance, sweeps)
-    from tauto_core.motion.real_threads import RealThreads
-
+    if leaps and thread_takes_free_ends(machine):
+        return FreeEndThreads(machine, tolerance, count)
     return RealThreads(machine, tolerance)

@@ -60,6 +60,8 @@ from tauto_core.motion.system import (
     SteppedRun,
     StepPlace,
     first_below,
+    heated_at_nodes,
+    heated_now,
     mode_of,
     near_zero,
     outside_at,
@@ -89,8 +91,6 @@ from tauto_core.motion.wheel import (
     reference_frequency,
     row_or_zero,
     stages_of,
-    wheel_at_nodes,
-    wheel_now,
 )
 from tauto_core.samples import FloatArray
 from tauto_core.scene.errors import PropagationError
@@ -157,7 +157,7 @@ class FreeWheel(_FreeNumbers, LooseSystem):
 
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill the disturbances of the planes' rotation."""
-        wheel = wheel_at_nodes(self.wheel, work)
+        wheel = heated_at_nodes(self.wheel, work)
         channels, nodes, per_inertia = self.wheel.channels, work.nodes, wheel.per_inertia
         x, w = row_of(work.x, 0), omega[0] * row_of(work.y, 0)
         line_rate = row_or_zero(channels.line, nodes.line_rate)
@@ -180,7 +180,7 @@ class FreeWheel(_FreeNumbers, LooseSystem):
 
     def exits(self, mode: Mode, omega: Omega, work: Work) -> Exits:
         """Return whether the step leaves the cam, or the thread tautens in it."""
-        wheel, channels = wheel_at_nodes(self.wheel, work), self.wheel.channels
+        wheel, channels = heated_at_nodes(self.wheel, work), self.wheel.channels
         x = row_of(work.x, 0)
         reach, edge = largest(x), NOWHERE
         if reach > wheel.range:
@@ -206,7 +206,7 @@ class FreeWheel(_FreeNumbers, LooseSystem):
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Inputs) -> Instant:
         """Return the wheel at an instant, with the gap as its tension."""
-        wheel, line, tilt = wheel_now(self.wheel, at), at.drive, at.tilt
+        wheel, line, tilt = heated_now(self.wheel, at), at.drive, at.tilt
         per_inertia, q, w = wheel.per_inertia, planes[0].x, omega[0] * planes[0].y
         speed = w - line.rate
         rate = speed + tilt.rate
@@ -238,7 +238,7 @@ class FreeWheel(_FreeNumbers, LooseSystem):
         self, mode: Mode, omega: Omega, at: Inputs, now: Instant, state: RunningState
     ) -> None:
         """Apply an impulse to the wheel only."""
-        impulse, plane = wheel_now(self.wheel, at).per_inertia.impulse, state.planes[0]
+        impulse, plane = heated_now(self.wheel, at).per_inertia.impulse, state.planes[0]
         if impulse is None:
             return
         energy = given_energy(impulse, state.given)
@@ -260,7 +260,7 @@ class FreeWheel(_FreeNumbers, LooseSystem):
         """Return the gap of the thread at ϑ = q, with the weight of a state."""
         lift = lever_arm(self.wheel.lever, 1.0, abs(q)).lift
         if self.scale is None:
-            pull = pull_of(wheel_now(self.wheel, at).per_inertia, lift, at.gravity)
+            pull = pull_of(heated_now(self.wheel, at).per_inertia, lift, at.gravity)
             return self.pull_rounding - pull
         return planes[1].x - self.scale * lift + rounding_of(q, planes[1].x)
 
@@ -307,7 +307,7 @@ class FreeWheel(_FreeNumbers, LooseSystem):
         self, taut: Wheel, omega: Omega, taut_omega: Omega, at: Inputs, free: Any, state: Any
     ) -> Retension:
         """Exchange momentum along the thread."""
-        planes, wheel = planes_of(omega, free.planes), wheel_now(taut, at)
+        planes, wheel = planes_of(omega, free.planes), heated_now(taut, at)
         q, speed = planes[0].x, omega[0] * planes[0].y - at.drive.rate
         t = math.copysign(lever_arm(wheel.lever, 1.0, abs(q)).t, q)
         lost, mu = 0.0, wheel.per_inertia.carried
@@ -351,7 +351,7 @@ class WatchHeld(NamedTuple):
         free, run, place = self.free, self.run, self.place
         state, work, angle = run.state, run.work, run.state.held_angle
         at = outside_at(place.terms, place.begin + xi * place.size, work)
-        per_inertia = wheel_now(free.wheel, at).per_inertia
+        per_inertia = heated_now(free.wheel, at).per_inertia
         lift = lever_arm(free.wheel.lever, 1.0, abs(angle - at.tilt.value)).lift
         if free.scale is None:
             gap = free.pull_rounding - pull_of(per_inertia, lift, at.gravity)

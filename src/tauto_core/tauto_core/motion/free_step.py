@@ -50,6 +50,8 @@ from tauto_core.motion.system import (
     Plane,
     RunningState,
     SteppedRun,
+    heated_at_nodes,
+    heated_now,
     keep,
     outside_of,
     planes_of,
@@ -66,7 +68,7 @@ from tauto_core.motion.wells import (
     pull_of,
     resistance,
 )
-from tauto_core.motion.wheel import Wheel, angle_at, surely_within, wheel_at_nodes, wheel_now
+from tauto_core.motion.wheel import Wheel, angle_at, surely_within
 from tauto_core.samples import FloatArray
 
 
@@ -375,7 +377,7 @@ def moving(wheel: Wheel, mode: Mode, omega: Omega, plane: Plane, at: Inputs) -> 
             now.acceleration,
             wheel.drift(mode, omega, at, now),
         )
-    per_inertia, line, tilt = wheel_now(wheel, at).per_inertia, at.drive, at.tilt
+    per_inertia, line, tilt = heated_now(wheel, at).per_inertia, at.drive, at.tilt
     s, w = plane.x, omega[0] * plane.y
     arc = on_arc(wheel.shape, splat(s))
     n, slope, q = lane(arc.n, 0), s * lane(arc.n_slope, 0), lane(arc.angle, 0)
@@ -436,7 +438,7 @@ def given_by_impulse(
 
     As `Wheel.strike`, with ϑ, γ̇ and τ̇ extrapolated by their derivatives.
     """
-    per_inertia, line, tilt = wheel_now(wheel, at).per_inertia, at.drive, at.tilt
+    per_inertia, line, tilt = heated_now(wheel, at).per_inertia, at.drive, at.tilt
     if per_inertia.impulse is None:
         return 0.0
     way, w, per_omega = mode.direction, omega[0] * goal.y, 1.0 / omega[0]
@@ -551,7 +553,7 @@ def holds(run: SteppedRun, swing: FreeHalfSwing, mode: Mode, error: float, h: fl
         return False
     if isinstance(system, Wheel) and system.has_weight:
         # rough bounds only, since the row of γ̈ is a bound
-        return surely_within(wheel_at_nodes(system, work), mode, omega, work)
+        return surely_within(heated_at_nodes(system, work), mode, omega, work)
     exits = system.exits(mode, omega, work)
     return exits.is_within and exits.edge > 1.0 and exits.slack > 1.0 and not exits.is_near
 

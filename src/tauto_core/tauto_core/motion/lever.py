@@ -44,6 +44,8 @@ from tauto_core.motion.system import (
     column_at,
     difference,
     fill_hot,
+    heated_at_nodes,
+    heated_now,
     keep,
     nodes_of,
 )
@@ -54,8 +56,6 @@ from tauto_core.motion.threads import (
     drag_on_wheel,
     exits_by,
     thermal_on_wheel,
-    thread_at_nodes,
-    thread_now,
     transverse,
     transverse_at_nodes,
 )
@@ -374,7 +374,7 @@ class SullyLever(_LeverNumbers, ThreadSystem):
         """Fill the terms of (methods.3) beyond the rotation of the plane."""
         s, p = row_of(work.x), omega[0] * row_of(work.y)
         nodes = work.nodes
-        hot, at = thread_at_nodes(self, work), _near_nodes(self.shape, s)
+        hot, at = heated_at_nodes(self, work), _near_nodes(self.shape, s)
         alpha_rate = row_of(nodes.alpha_rate)
         carried = alpha_rate * fma(self.root_j, at.w, at.n)
         speed = p - carried
@@ -396,7 +396,7 @@ class SullyLever(_LeverNumbers, ThreadSystem):
         a = fma(self.root_j, at.w, at.n)
         speed = p - row_of(nodes.alpha_rate) * a
         gravity = row_of(nodes.g_up) * at.cosine + row_of(nodes.g_across) * at.sine
-        hot = thread_at_nodes(self, work)
+        hot = heated_at_nodes(self, work)
         _, tension, _ = _pushed(hot, mode, at, a, speed, row_of(nodes.alpha_bend), gravity)
         full = self.shape.full
         x = (s - full.middle) * full.per_half
@@ -425,7 +425,7 @@ class SullyLever(_LeverNumbers, ThreadSystem):
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Inputs) -> Instant:
         """Return the lever at an instant."""
         line, tilt, shape, s = at.drive, at.tilt, self.shape, planes[0].x
-        hot, (arc, angle) = thread_now(self, at), lever_on_arc(shape, s)
+        hot, (arc, angle) = heated_now(self, at), lever_on_arc(shape, s)
         a = arc.n + self.root_j * arc.w
         alpha_bend = line.bend - tilt.bend
         speed = omega[0] * planes[0].y - a * (line.rate - tilt.rate)
@@ -465,7 +465,7 @@ class SullyLever(_LeverNumbers, ThreadSystem):
     ) -> None:
         """Let an impulse change the momentum: ½Mθ̇² = ½Iṡ² grows by its energy."""
         speed, plane = now.speed, state.planes[0]
-        energy = thread_now(self, at).on_wheel.energy
+        energy = heated_now(self, at).on_wheel.energy
         struck = mode.direction * math.sqrt(speed * speed + energy)
         plane.y += (struck - speed) / omega[0]
         plane.y_rest = 0.0

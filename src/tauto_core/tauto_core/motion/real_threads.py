@@ -61,6 +61,8 @@ from tauto_core.motion.system import (
     RunningState,
     StepPlace,
     first_below,
+    heated_at_nodes,
+    heated_now,
     near_zero,
     planes_of,
 )
@@ -71,8 +73,6 @@ from tauto_core.motion.threads import (
     OnWheel,
     WithThread,
     drag_on_wheel,
-    thread_at_nodes,
-    thread_now,
     transverse,
 )
 from tauto_core.motion.wells import REACH_PER_RELEASE, whole_turns_off
@@ -411,7 +411,7 @@ class LooseOnWheel(_TautNumbers, WithThread, LooseSystem):
         self, mode: Mode, omega: Omega, at: Inputs, now: Instant, state: RunningState
     ) -> None:
         """Let an impulse act on the wheel alone: ½ I θ̇² grows by its energy."""
-        on_wheel, plane = thread_now(self.taut, at).on_wheel, state.planes[0]
+        on_wheel, plane = heated_now(self.taut, at).on_wheel, state.planes[0]
         struck = mode.direction * math.sqrt(now.rate * now.rate + on_wheel.energy)
         plane.y += (struck - now.rate) / omega[0]
         plane.y_rest = 0.0
@@ -453,7 +453,7 @@ class LooseThread(LooseOnWheel):
         nodes = work.nodes
         w = omega[0] * row_of(work.y, 0)
         rate = w - row_of(nodes.alpha_rate)
-        on_wheel = thread_at_nodes(self.taut, work).on_wheel
+        on_wheel = heated_at_nodes(self.taut, work).on_wheel
         against = _against(on_wheel, mode, rate, w)
         store(work.d2, 0, omega[0] * row_of(work.x, 0) - against * (1.0 / omega[0]))
         sine, versine = sine_versine(whole_turns_off(row_of(nodes.vertical)))
@@ -489,7 +489,7 @@ class LooseThread(LooseOnWheel):
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Inputs) -> Instant:
         """Return wheel and weight at an instant."""
-        line, tilt, thread = at.drive, at.tilt, thread_now(self.taut, at)
+        line, tilt, thread = at.drive, at.tilt, heated_now(self.taut, at)
         psi, psi_rate, length = planes[0].x, omega[0] * planes[0].y, thread.length
         rate = psi_rate - (line.rate - tilt.rate)
         psi_bend = -_against(thread.on_wheel, mode, rate, psi_rate)
@@ -529,7 +529,7 @@ class LooseThread(LooseOnWheel):
     def let_go(self, taut: Hanging, omega: Omega, at: Inputs, now: Instant, free: Any) -> None:
         """Start wheel and weight with the motion of the taut thread."""
         alpha, alpha_rate = at.drive.value - at.tilt.value, at.drive.rate - at.tilt.rate
-        thread, u = thread_now(taut, at), now.coordinate
+        thread, u = heated_now(taut, at), now.coordinate
         psi, psi_rate = now.angle + alpha, now.rate + alpha_rate
         delta, delta_rate = psi - u, psi_rate - now.speed
         radius, length = thread.radius, thread.length
@@ -552,7 +552,7 @@ class LooseThread(LooseOnWheel):
         self, taut: Hanging, omega: Omega, taut_omega: Omega, at: Inputs, free: Any, state: Any
     ) -> Retension:
         """Share the momentum along the thread. Across it the weight keeps its velocity."""
-        thread, planes = thread_now(taut, at), planes_of(omega, free.planes)
+        thread, planes = heated_now(taut, at), planes_of(omega, free.planes)
         psi, psi_rate = planes[0].x, omega[0] * planes[0].y
         hangs = _hangs_at(thread, thread.radius, psi, planes[1].x, planes[2].x)
         across_rate = thread.length * omega[1] * planes[1].y
@@ -629,7 +629,7 @@ class LooseLever(LooseOnWheel):
         """Fill the disturbances of both planes."""
         nodes = work.nodes
         root_j, alpha_rate = self.taut.root_j, row_of(nodes.alpha_rate)
-        w, taut = omega[0] * row_of(work.y, 0), thread_at_nodes(self.taut, work)
+        w, taut = omega[0] * row_of(work.y, 0), heated_at_nodes(self.taut, work)
         kappa = taut.kappa + 0.0 * alpha_rate
         against = _against(taut.on_wheel, mode, w - alpha_rate, w)
         store(work.d1, 0, -alpha_rate)
@@ -657,7 +657,7 @@ class LooseLever(LooseOnWheel):
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Inputs) -> Instant:
         """Return wheel and lever at an instant."""
-        tilt, lever, theta = at.tilt, thread_now(self.taut, at), planes[0].x
+        tilt, lever, theta = at.tilt, heated_now(self.taut, at), planes[0].x
         alpha_rate, alpha_bend = at.drive.rate - tilt.rate, at.drive.bend - tilt.bend
         psi_rate, height = omega[0] * planes[0].y, planes[1].x
         rate, pose = psi_rate - alpha_rate, _pose_at(lever, theta)

@@ -8,7 +8,7 @@ code for impulses.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from tauto_core.kernels import compiled, inlined
 from tauto_core.motion.gauss_step import Mode, Omega, Planes, Work, inside
@@ -328,6 +328,20 @@ def thermal_at_nodes(work: Work) -> HeatTerms:
         row_of(rows, 5),
         row_of(rows, 6),
     )
+
+
+@inlined
+def heated_now(system: Any, at: Inputs) -> Any:
+    """Return a system with its parameters at an instant, unchanged if heat does not act."""
+    if system.heat is None or at.hot is None:
+        return system
+    return system.heated(at.hot)
+
+
+@inlined
+def heated_at_nodes(system: Any, work: Work) -> Any:
+    """Return a system with its parameters at the nodes, unchanged if heat does not act."""
+    return system if system.heat is None else system.heated(thermal_at_nodes(work))
 
 
 # -----------------------------------------------------------------------------

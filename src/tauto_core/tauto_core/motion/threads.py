@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from tauto_core.kernels import compiled, inlined
 from tauto_core.machines.parts import DragLaw
@@ -44,13 +44,14 @@ from tauto_core.motion.system import (
     difference,
     fill_hot,
     first_below,
+    heated_at_nodes,
+    heated_now,
     keep,
     mode_of,
     near_zero,
     nodes_of,
     outside_at,
     planes_of,
-    thermal_at_nodes,
 )
 from tauto_core.motion.wells import law_torque, term
 
@@ -101,6 +102,11 @@ class WithThread:
     def on_wheel(self) -> OnWheel:
         """The terms on the wheel other than the thread."""
         raise NotImplementedError
+
+    @property
+    def heat(self) -> bool | None:
+        """True if heat changes the system, else `None`."""
+        return self.on_wheel.heat
 
     @property
     def impulse(self) -> float:
@@ -403,7 +409,7 @@ class Hanging(_ThreadNumbers, ThreadSystem):
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Inputs) -> Instant:
         """Return wheel and thread at an instant."""
-        line, tilt, hot = at.drive, at.tilt, thread_now(self, at)
+        line, tilt, hot = at.drive, at.tilt, heated_now(self, at)
         psi, delta = _angles(self, planes[0].x, planes[1].x)
         rates = _angles(self, omega[0] * planes[0].y, omega[1] * planes[1].y)
         rate = rates[0] - (line.rate - tilt.rate)
@@ -457,7 +463,7 @@ class Hanging(_ThreadNumbers, ThreadSystem):
 
         The energy goes into ½(I + m r²u²)θ̇².
         """
-        hot, u, planes = thread_now(self, at), now.coordinate, state.planes
+        hot, u, planes = heated_now(self, at), now.coordinate, state.planes
         radius = hot.radius
         mass = 1.0 + hot.ratio * radius * u * u
         struck = mode.direction * math.sqrt(now.rate * now.rate + hot.on_wheel.energy / mass)
@@ -467,20 +473,6 @@ class Hanging(_ThreadNumbers, ThreadSystem):
         planes[0].y += first_mode / omega[0]
         planes[1].y += second / omega[1]
         planes[0].y_rest = planes[1].y_rest = 0.0
-
-
-@inlined
-def thread_now(system: Any, at: Inputs) -> Any:
-    """Return a thread with its parameters at an instant, unchanged if heat does not act."""
-    if system.on_wheel.heat is None or at.hot is None:
-        return system
-    return system.heated(at.hot)
-
-
-@inlined
-def thread_at_nodes(system: Any, work: Work) -> Any:
-    """Return a thread with its parameters at the nodes, unchanged if heat does not act."""
-    return system if system.on_wheel.heat is None else system.heated(thermal_at_nodes(work))
 
 
 @inlined
@@ -551,7 +543,7 @@ def _at_stages(
 ) -> tuple[Lanes, Lanes, Lanes, Lanes]:
     """Return ψ̈, δ̈, the tension over m and the free thread at the stages."""
     (psi, delta), rates = _stages(system, omega, work)
-    system = thread_at_nodes(system, work)
+    system = heated_at_nodes(system, work)
     nodes = work.nodes
     lean = delta - row_of(nodes.vertical)
     sine, versine = sine_versine(lean)

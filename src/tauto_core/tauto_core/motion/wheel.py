@@ -55,11 +55,12 @@ from tauto_core.motion.system import (
     column_at,
     fill_hot,
     first_below,
+    heated_at_nodes,
+    heated_now,
     mode_of,
     near_zero,
     nodes_of,
     outside_at,
-    thermal_at_nodes,
 )
 from tauto_core.motion.wells import (
     ArcShape,
@@ -108,37 +109,6 @@ class InputChannels(NamedTuple):
     gravity: bool | None
     lean: bool | None = None
     heat: bool | None = None
-
-
-@inlined
-def wheel_at_nodes(wheel: Wheel, work: Work) -> Wheel:
-    """Return the wheel with its parameters at the nodes, unchanged if heat does not act."""
-    if wheel.channels.heat is None:
-        return wheel
-    return _with_numbers(wheel, thermal_at_nodes(work))
-
-
-@inlined
-def wheel_now(wheel: Wheel, at: Inputs) -> Wheel:
-    """Return the wheel with its parameters at an instant, unchanged if heat does not act."""
-    if wheel.channels.heat is None or at.hot is None:
-        return wheel
-    return _with_numbers(wheel, at.hot)
-
-
-@inlined
-def _with_numbers(wheel: Wheel, hot: HeatTerms) -> Wheel:
-    channels = wheel.channels
-    return Wheel(
-        thermal_numbers(wheel.per_inertia, hot),
-        wheel.lever,
-        wheel.shape,
-        InputChannels(channels.line, channels.tilt, channels.gravity, channels.lean),
-        wheel.impulse,
-        wheel.pace,
-        wheel.range,
-        wheel.gravity,
-    )
 
 
 @inlined
@@ -225,6 +195,26 @@ class Wheel(NamedTuple):
     gravity: float
 
     @property
+    def heat(self) -> bool | None:
+        """True if heat changes the wheel, else `None`."""
+        return self.channels.heat
+
+    @inlined
+    def heated(self, hot: HeatTerms) -> Wheel:
+        """Return the wheel with parameters as heat changes them."""
+        channels = self.channels
+        return Wheel(
+            thermal_numbers(self.per_inertia, hot),
+            self.lever,
+            self.shape,
+            InputChannels(channels.line, channels.tilt, channels.gravity, channels.lean),
+            self.impulse,
+            self.pace,
+            self.range,
+            self.gravity,
+        )
+
+    @property
     def feels_impulse(self) -> bool:
         """Whether an escapement pushes the wheel."""
         return self.per_inertia.impulse is not None
@@ -284,7 +274,7 @@ class Wheel(NamedTuple):
     @inlined
     def disturb(self, mode: Mode, omega: Omega, work: Work) -> None:
         """Fill the disturbance of the plane."""
-        per_inertia = wheel_at_nodes(self, work).per_inertia
+        per_inertia = heated_at_nodes(self, work).per_inertia
         channels, nodes = self.channels, work.nodes
         square, per_omega = omega[0] * omega[0], 1.0 / omega[0]
         x, w = row_of(work.x), omega[0] * row_of(work.y)
@@ -332,7 +322,7 @@ class Wheel(NamedTuple):
         Rough bounds decide if they suffice.
         """
         edge, slack, is_near = NOWHERE, NOWHERE, False
-        wheel = wheel_at_nodes(self, work)
+        wheel = heated_at_nodes(self, work)
         reach = largest(row_of(work.x))
         is_within = reach <= SURELY_WITHIN * wheel.range
         if isinstance(wheel.lever, LinearLever) and surely_within(wheel, mode, omega, work):
@@ -381,7 +371,7 @@ class Wheel(NamedTuple):
 
     def instant(self, mode: Mode, omega: Omega, planes: tuple[Plane, ...], at: Inputs) -> Instant:
         """Return the wheel at an instant."""
-        wheel, tilt, w = wheel_now(self, at), at.tilt, omega[0] * planes[0].y
+        wheel, tilt, w = heated_now(self, at), at.tilt, omega[0] * planes[0].y
         q, speed = angle_and_speed(wheel, planes[0].x, w, at.drive.rate, mode.side)
         rate, arm = speed + tilt.rate, lever_arm(self.lever, mode.side, q)
         # İψ̇ is left out of ϑ̈, which no motion is computed from: at most 1e-8 of it
@@ -410,7 +400,7 @@ class Wheel(NamedTuple):
 
     def drift(self, mode: Mode, omega: Omega, at: Inputs, now: Instant) -> tuple[Plane, ...]:
         """Return the time derivatives of coordinate and momentum: q̇ and ẇ, or ṡ and ṗ."""
-        per_inertia, q, speed = wheel_now(self, at).per_inertia, now.coordinate, now.speed
+        per_inertia, q, speed = heated_now(self, at).per_inertia, now.coordinate, now.speed
         t, t_prime, lift = lever_arm(self.lever, mode.side, q)
         pull = pull_of(per_inertia, lift, at.gravity)
         against = pull * t + resistance(per_inertia, now.rate, mode)
@@ -431,7 +421,7 @@ class Wheel(NamedTuple):
 
     def set_off(self, omega: Omega, angle: float, at: Inputs, state: RunningState) -> None:
         """Put the wheel at rest at θ = angle, held by friction or about to move."""
-        set_off_or_hold(wheel_now(self, at), omega, angle, at, state)
+        set_off_or_hold(heated_now(self, at), omega, angle, at, state)
 
     def move_with_case(self, run: SteppedRun, place: StepPlace) -> float:
         """Move the held wheel with the case until it breaks loose, and return the fraction.
@@ -444,12 +434,12 @@ class Wheel(NamedTuple):
 
     def breaks_loose(self, mode: Mode, angle: float, at: Inputs) -> bool:
         """Return whether holding the wheel at θ = angle takes more than c₀."""
-        now = wheel_now(self, at)
+        now = heated_now(self, at)
         return abs(holding_torque(now, mode, angle, at)) > term(now.per_inertia.coulomb, 1.0)
 
     def rest_at(self, omega: Omega, angle: float, at: Inputs, state: RunningState) -> None:
         """Put the wheel at rest in the moving case at θ = angle."""
-        _place_at_rest(wheel_now(self, at), omega, angle, at, state)
+        _place_at_rest(heated_now(self, at), omega, angle, at, state)
 
     def leaves_kink(self, mode: Mode, omega: Omega, planes: Planes, work: Work) -> bool:
         """Return whether |momentum| at the beginning exceeds |γ̇| throughout, away from the kink.
@@ -464,7 +454,7 @@ class Wheel(NamedTuple):
         self, mode: Mode, omega: Omega, at: Inputs, now: Instant, state: RunningState
     ) -> None:
         """Change the momentum by an impulse."""
-        wheel, q = wheel_now(self, at), now.coordinate
+        wheel, q = heated_now(self, at), now.coordinate
         per_inertia = wheel.per_inertia
         if per_inertia.impulse is None:
             return
