@@ -185,7 +185,7 @@ def test_passages_are_chosen_by_the_year_of_an_entry(tmp_path):
     assert season_of(chosen[0]) == 'June to August'
     # a passage of unknown year is not passed over
     path = write_log(tmp_path, text.replace('1770-01-01T12:00,48.0,', 'noon,48.0,'))
-    chosen = filter(of_1780s, read_passages(path))
+    chosen = list(filter(of_1780s, read_passages(path)))
     assert [each.name for each in chosen] == ['La Une', '1770-El Tres']
 
 
