@@ -24,10 +24,6 @@ MOUNT_FRAME = 'clock_mount'
 # Of orientation [rad²], angular velocity [rad²/s²] and specific force [m²/s⁴].
 _COVARIANCES = tuple(variance * np.eye(3).ravel() for variance in (1e-12, 1e-12, 1e-10))
 
-NORM_TOLERANCE = 1e-3
-SMALLEST_NORM = 1e-6
-SMALLEST_COS_PITCH = 1e-6
-
 REFUSALS = (
     'orientation_absent',
     'angular_velocity_absent',

@@ -29,11 +29,15 @@ from tauto_core.motion.lanes import (
 )
 from tauto_core.motion.linear import cosine_sine, short_cosine_sine
 from tauto_core.samples import FloatArray, IntArray
-from tauto_core.ship.imu import NORM_TOLERANCE, SMALLEST_COS_PITCH, SMALLEST_NORM
 
 # A loop over a tuple is unrolled with a constant variable.
 LANES = tuple(range(SIZE))
 _THREE, _FOUR = (0, 1, 2), (0, 1, 2, 3)
+
+# limits of orientations that are refused
+NORM_TOLERANCE = 1e-3
+SMALLEST_NORM = 1e-6
+SMALLEST_COS_PITCH = 1e-6
 
 
 @inlined
