@@ -29,7 +29,7 @@ from tauto_core.samples import (
     same,
     take,
 )
-from tauto_core.scene import load_scene, parse_scene
+from tauto_core.scene import load_scene
 from tauto_core.scene.errors import BagError, PropagationError, SceneError
 from tauto_core.ship.motions.sea import SeaShip
 from tauto_core.voyage import Pipeline, ShipSource, pipeline, replay, sail, summarise_bag
@@ -101,18 +101,6 @@ def test_the_rates_error_is_found_anew_from_later_readings():
     assert found[0] > 0.0
     assert found[1] != found[0]
     assert found[1] == whole.clock()['rate_standard_error_s_per_day']
-
-
-def test_the_bag_explains_itself(measured):
-    scene, _, out = measured
-    bag = read_bag(out)
-    assert parse_scene(bag.scene, 'bag') == scene
-    imu = bag.samples(SHIP_IMU)
-    assert len(imu.stamp_ns) == scene.samples + 4
-    assert imu.stamp_ns[0] == scene.starts_at_ns
-    assert np.all(np.diff(imu.stamp_ns) == scene.step_ns)
-    for topic in (READING, SHIP_FIX):
-        assert len(bag.samples(topic).stamp_ns) == scene.log_count
 
 
 def test_machine_and_sea_are_built_once_a_run(monkeypatch):

@@ -229,7 +229,9 @@ def _error_s(clock: TimeSamples) -> FloatArray:
     return (clock.time_ref_ns - clock.stamp_ns) / NS_PER_S
 
 
-def _array(topic: str, column: Callable[[Any], FloatArray] | str) -> cached_property[FloatArray]:
+def _array(
+    topic: str, column: Callable[[Any], FloatArray] | str | None = None
+) -> cached_property[FloatArray]:
     return cached_property(lambda voyage: voyage._read(topic, column))
 
 
@@ -299,10 +301,8 @@ class Voyage:
         """Stamp of the first reading [ns]."""
         return int(self.samples[READING].stamp_ns[0])
 
-    @cached_property
-    def time_s(self) -> FloatArray:
-        """True time since the first reading [s]."""
-        return self._seconds(READING)
+    time_s = _array(READING)
+    """True time since the first reading [s]."""
 
     clock_error_s = _array(READING, _error_s)
     """Reading of the dial less the true time [s], positive if fast."""
@@ -369,12 +369,10 @@ class Voyage:
     def temperature_celsius(self) -> FloatArray:
         """Temperature in the box of the clock at `time_s` [°C], empty without `air`."""
         celsius = self._read(SHIP_TEMPERATURE, lambda samples: samples.temperature)
-        return self._at_logs(self._seconds(SHIP_TEMPERATURE), celsius)
+        return self._at_logs(self._read(SHIP_TEMPERATURE), celsius)
 
-    @cached_property
-    def observation_time_s(self) -> FloatArray:
-        """Times at which the clock was compared with the true time, from the first reading [s]."""
-        return self._seconds(OBSERVATION)
+    observation_time_s = _array(OBSERVATION)
+    """Times at which the clock was compared with the true time, from the first reading [s]."""
 
     @cached_property
     def observed_error_s(self) -> FloatArray:
@@ -384,10 +382,8 @@ class Voyage:
         error = np.interp(self.observation_time_s, self.time_s, self.clock_error_s)
         return _fixed(error - self._read(OBSERVATION, _error_s))
 
-    @cached_property
-    def motion_time_s(self) -> FloatArray:
-        """Time of the motion's samples, from the first reading [s]."""
-        return self._seconds(SHIP_IMU)
+    motion_time_s = _array(SHIP_IMU)
+    """Time of the motion's samples, from the first reading [s]."""
 
     motion_roll_rad = _array(SHIP_IMU, lambda imu: attitude(imu).roll)
     """Roll of the ship [rad], positive with starboard side down."""
@@ -462,11 +458,18 @@ class Voyage:
             samples.setdefault(SCENE, text(self.start_ns, scene_yaml(self.scene)))
             writer.write(samples)
 
-    def _read(self, topic: str, column: Callable[[Any], FloatArray] | str) -> FloatArray:
-        """Return a column of a topic by its name or a function, empty if the voyage lacks it."""
+    def _read(
+        self, topic: str, column: Callable[[Any], FloatArray] | str | None = None
+    ) -> FloatArray:
+        """Return a column of a topic by its name or a function, else the times of its samples [s].
+
+        It is empty if the voyage lacks the topic.
+        """
         samples: Any = self.samples.get(topic)
         if samples is None:
             return _fixed(np.empty(0))
+        if column is None:
+            return _fixed((samples.stamp_ns - self.start_ns) / NS_PER_S)
         if callable(column):
             return _fixed(column(samples))
         # without covariates the rate is the same as its mean
@@ -475,9 +478,6 @@ class Voyage:
 
     def _at_logs(self, times: FloatArray, values: FloatArray) -> FloatArray:
         return _fixed(np.interp(self.time_s, times, values)) if len(times) else times
-
-    def _seconds(self, topic: str) -> FloatArray:
-        return self._read(topic, lambda samples: (samples.stamp_ns - self.start_ns) / NS_PER_S)
 
 
 # -----------------------------------------------------------------------------
