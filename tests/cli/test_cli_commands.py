@@ -64,7 +64,6 @@ def test_help_of_core_imports_nothing_slow(arguments: tuple[str, ...]) -> None:
     [
         ('cam', 'ideal'),
         ('isochronism', 'measured', '--amplitudes', '0.1,1'),
-        ('scene', 'check', 'ideal'),
     ],
 )
 def test_what_needs_no_kernel_imports_no_compiler(arguments: tuple[str, ...]) -> None:
