@@ -427,6 +427,10 @@ def read_edition(
     `figures` has the function that draws each figure and its controls, by Euler's name.
     """
     text = read_text(file)
+    paragraphs: list[dict[str, Any]] = [
+        {k: tuple(v) if isinstance(v, list) else v for k, v in entry.items() if k != 'claims'}
+        for entry in text['paragraphs']
+    ]
     return Edition(
         paper,
         file,
@@ -437,14 +441,5 @@ def read_edition(
             EulerFigure(name, text['captions'][name], draw, tuple(controls))
             for name, (draw, *controls) in figures.items()
         ),
-        tuple(
-            Paragraph(
-                **{
-                    key: tuple(value) if isinstance(value, list) else value
-                    for key, value in entry.items()
-                    if key != 'claims'
-                }
-            )
-            for entry in text['paragraphs']
-        ),
+        tuple(Paragraph(**fields) for fields in paragraphs),
     )
