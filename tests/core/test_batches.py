@@ -250,10 +250,6 @@ def of_axle():
     return {
         'forces': Law(shaken, few, few, few, few, few, few, numbers=True),
         'small_motion': Law(small, (0.0, 100.0), numbers=True),
-        'energy': Law(
-            lambda *state: axle_pendulum.energy(body, AxleState(*state)),
-            few, few, few, few, numbers=True,
-        ),
     }  # fmt: skip
 
 

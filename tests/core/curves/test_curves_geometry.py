@@ -9,7 +9,7 @@ from golden_numbers import entries, numbers
 from numpy.polynomial import Chebyshev
 
 from tauto_core.curves import CircularArc, Hole, Involute, Table, TableLever, outline
-from tauto_core.curves.numerics import arctangent_defect, gauss_sums, sine_defect
+from tauto_core.curves.numerics import gauss_sums, sine_defect
 from tauto_core.scene.errors import CamRangeError, UsageError
 
 
@@ -143,17 +143,13 @@ def test_circular_cheek_at_small_angles(angle, depth):
     np.testing.assert_allclose(cam.lift(angle), lift, rtol=2e-15)
 
 
-@pytest.mark.parametrize('x', [1e-12, 1e-3, 0.1, 0.4999, 0.5001, 0.9999, 1.0001, 2.0, 30.0])
-def test_differences_keep_their_digits(x):
+@pytest.mark.parametrize('x', [1e-12, 1e-3, 0.4999, 0.9999, 1.0001, 2.0, 30.0])
+def test_the_sine_defect_keeps_its_digits(x):
     with mpmath.workdps(60):
-        z = mpmath.mpf(x)
-        expected = [float(value) for value in (z - mpmath.sin(z), z - mpmath.atan(z))]
-    functions = (sine_defect, arctangent_defect)
-    found = [float(function(np.asarray(x))) for function in functions]
-    # at the switch from series to difference 0.84/0.16, 0.46/0.036 ulps are lost
-    np.testing.assert_allclose(found, expected, rtol=3e-15)
-    mirrored = [float(function(np.asarray(-x))) for function in functions]
-    np.testing.assert_array_equal(mirrored, [-value for value in found])
+        expected = float(mpmath.mpf(x) - mpmath.sin(mpmath.mpf(x)))
+    # at the switch from series to difference 0.84/0.16 ulps are lost
+    assert float(sine_defect(np.asarray(x))) == pytest.approx(expected, rel=3e-15)
+    assert float(sine_defect(np.asarray(-x))) == -float(sine_defect(np.asarray(x)))
 
 
 NODES = 24
@@ -235,9 +231,6 @@ def close(actual, expected, unit=0.0):
 def test_involute(entry):
     given, expected = numbers(entry)
     cam, z = Involute(1.0), given['z']
-    polar_angle, radius = cam.polar(z)
-    close(polar_angle, expected['x_polar_angle'])
-    close(radius, expected['y_radius_over_r'])
     # golden has the tip on +x, the wheel's frame has it on +y
     x, y = cam.contact(z)
     close([y, -x], [expected['cart_X'], expected['cart_Y']], max(z, 1.0))

@@ -175,11 +175,6 @@ class Quarter:
         else:
             raise QuadratureError(f'a branch of {reach!r} m with kappa = {kappa!r} 1/m: {_THICK}')
 
-    @property
-    def reach(self) -> float:
-        """Largest x [m]."""
-        return float(self._edges[-1])
-
     def root(self, arc: FloatArray) -> FloatArray:
         """Return r = √τ of arcs, (n,)."""
         index = np.clip(np.searchsorted(self._edges, arc, 'right') - 1, 0, len(self._edges) - 2)
@@ -437,11 +432,6 @@ class Companion:
         self._slope_per_arc = Pieces(
             edges, lambda arc, _: self._slope(self._root(arc)) / arc, 2.0**-49 * factor
         )
-
-    @property
-    def upright(self) -> bool:
-        """Whether it ends at the vertical, before the given branch ends."""
-        return self.last_root < float(self.own.roots[-1])
 
     def slope(self, arc: ArrayLike) -> FloatArray:
         """Return p, odd in the arc."""

@@ -36,16 +36,6 @@ def sine_defect(x: FloatArray) -> FloatArray:
     return np.where(np.abs(x) < 1.0, small * square / 6.0 * tail, x - np.sin(x))
 
 
-def arctangent_defect(x: FloatArray) -> FloatArray:
-    """Return x − arctan x, by its power series for |x| < 1/2."""
-    small = np.where(np.abs(x) < 0.5, x, 0.0)
-    square = small * small
-    series = np.zeros_like(square)
-    for k in range(26, 0, -1):  # the first term left out is 1e-17 of the sum at |x| = 1/2
-        series = 1.0 / (2 * k + 1) - square * series
-    return np.where(np.abs(x) < 0.5, small * square * series, x - np.arctan(x))
-
-
 def exponential_mean(z: FloatArray) -> FloatArray:
     """Return (eᶻ − 1)/z, the mean of the exponential from 0 to z, 1 at 0."""
     safe = np.where(z == 0.0, 1.0, z)

@@ -69,11 +69,6 @@ class Modes(NamedTuple):
     B_prime: float
 
     @property
-    def swings(self) -> bool:
-        """Whether no mode is unstable: both lengths are positive or zero."""
-        return self.h > 0.0 and self.h_prime >= 0.0
-
-    @property
     def tilt_per_arc(self) -> tuple[float, float]:
         """φ/s in the slow and the fast mode [rad/m], s = eθ ≠ 0: B/(ce) = −1/B′, and −1/B."""
         return -1.0 / self.B_prime, -1.0 / self.B
@@ -339,18 +334,6 @@ class AxleContact:
 
 
 SMOOTH = AxleContact()
-
-
-def energy(body: AxlePendulum, state: AxleState) -> FloatArray:
-    """Return the energy over the mass on a support at rest, 0 in equilibrium [m2/s2]."""
-    s, phi, s1, phi1 = (
-        np.asarray(x, np.float64) for x in (state.arc, state.tilt, state.arc_rate, state.tilt_rate)
-    )
-    c, k, theta = body.depth, body.gyration_radius, body.curvature * s
-    moving = s1 * s1 + 2.0 * c * np.cos(phi - theta) * s1 * phi1 + (c * c + k * k) * phi1 * phi1
-    chord, sine = np.sinc(0.5 * theta / np.pi), np.sin(0.5 * phi)
-    raised = 0.5 * s * theta * (chord * chord)
-    return np.asarray(0.5 * moving + body.gravity * (raised + 2.0 * c * (sine * sine)))
 
 
 def plane_period(body: AxlePendulum, amplitude: float) -> float:

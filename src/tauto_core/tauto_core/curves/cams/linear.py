@@ -17,7 +17,6 @@ from pydantic import Field
 
 from tauto_core.curves.cam import Cam, CamKind, LinearLever, Setting
 from tauto_core.curves.lever_geometry import ArcLeverGeometry, LeverGeometry, LeverSetting
-from tauto_core.curves.numerics import arctangent_defect
 from tauto_core.samples import FloatArray
 from tauto_core.scene.sections import Positive
 
@@ -74,14 +73,6 @@ class Involute(LinearCam):
     def range_rad(self) -> float:
         """Infinite: any length of thread can be wound on the involute."""
         return math.inf
-
-    def polar(self, roll_angle: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        """Return polar angle [rad] and radius [m] of the curve from the roll angle z = ϑ.
-
-        z − arctan z from the tip, counter-clockwise, and r·√(1 + z²) (§XII–XIII).
-        """
-        z = self.within(roll_angle)
-        return arctangent_defect(z), self.base_radius * np.hypot(1.0, z)
 
 
 @dataclass(frozen=True)
