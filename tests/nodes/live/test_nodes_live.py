@@ -31,7 +31,7 @@ from tauto_core.scene import load_scene
 from tauto_core.scene.errors import BagError
 from tauto_core.ship.imu import MOUNT_FRAME, imu_from_roll
 from tauto_core.voyage import ShipSource, replay, sail
-from tauto_nodes import ParameterError
+from tauto_nodes import NodesError, ParameterError
 from tauto_nodes.live import player as playing
 from tauto_nodes.live.node import TICK_S, assess
 from tauto_nodes.live.player import PlayerNode
@@ -310,7 +310,7 @@ def test_player_takes_all_topics_and_refuses_none(ros: Any, minute: Path) -> Non
         PlayerNode(**overrides(bag=str(minute / 'no')))
 
 
-def test_a_player_publishes_a_clock_that_only_rises(bench: Bench, minute: Path) -> None:
+def test_one_source_of_time_only_and_it_rises(bench: Bench, minute: Path) -> None:
     player = PlayerNode(
         **overrides(bag=str(minute), rate=20.0, publish_clock=True, topics=(READING,), wait=0.0)
     )
@@ -319,6 +319,8 @@ def test_a_player_publishes_a_clock_that_only_rises(bench: Bench, minute: Path) 
     listener.create_subscription(
         Clock, '/clock', lambda m: told.append(m.clock.sec * 10**9 + m.clock.nanosec), 10
     )
+    with pytest.raises(NodesError, match='/player already publishes /clock'):
+        ShipMotionNode(**overrides(publish_clock=True))
     bench.until(lambda: player.over)
     assert len(told) > 2  # one a tick, of which a busy machine grants few
     assert told == sorted(set(told))

@@ -241,13 +241,16 @@ def test_a_second_publisher_on_a_topic_of_the_graph_ends_it(bench: Bench, tmp_pa
 HOSTILE: list[bytes] = [
     *(b'', b'not json', b'[]', b'null', b'{}', b'{"node": 3}', b'{"node":"a","taken":[1]}'),
     *(
-        b'{"node":"trochlea","taken":{},"matched":[],"ready":true,"number":1,"sent":{"a":%s}}' % n
+        b'{"node":"trochlea","taken":{},"matched":[],"ready":true,"number":1,"sent":{"clock/reading":%s}}'
+        % n
         for n in (b'Infinity', b'-1', b'1e400', b'true')
     ),
+    b'{"node":"trochlea","taken":{},"matched":[],"ready":true,"number":1,"sent":{"ship/imu":1}}',
     b'{"node":"recorder","taken":{"ship/imu":' + b'9' * 5_000 + b'},"matched":[],"number":1}',
     *(b'[' * 60_000, b'\xff\xfe\xfd', b'x' * 2**20),
 ]
-"""Foreign messages: invalid JSON, reports, counts or text, too deep, too large."""
+"""Foreign messages: invalid JSON, reports, counts (also of another sender) or text, too deep, too
+large."""
 
 
 def closed(key: bytes, topic: str, said: bytes) -> bytes:

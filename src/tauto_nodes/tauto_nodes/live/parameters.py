@@ -228,7 +228,7 @@ _FIX_SPEED = Parameter(
 _CLOCK = Parameter(
     'publish_clock',
     False,
-    'publish /clock, at most 100 times a second',
+    'publish /clock, at most 100 times a second. Refused if another node publishes it',
 )
 _WAIT = Parameter(
     'wait',

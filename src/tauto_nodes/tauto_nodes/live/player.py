@@ -17,7 +17,7 @@ from rosgraph_msgs.msg import Clock as ClockMessage
 
 from tauto_core.bags import TOPICS, Bag, read_bag
 from tauto_core.scene.times import NS_PER_S
-from tauto_nodes import ParameterError
+from tauto_nodes import NodesError, ParameterError
 from tauto_nodes.live import main_of
 from tauto_nodes.live.node import (
     MIN_DEPTH,
@@ -25,6 +25,7 @@ from tauto_nodes.live.node import (
     GraphNode,
     TopicPort,
     message_class,
+    node_of,
     port,
 )
 
@@ -67,8 +68,20 @@ class SourceNode(GraphNode):
         self.add_post_set_parameters_callback(self._repace)
 
     def start(self, items: Iterator[StampedMessage]) -> None:
-        """Begin with these items once the subscribers are there. The ports must be connected."""
+        """Begin with these items once the subscribers are there. The ports must be connected.
+
+        NodesError: another node publishes /clock.
+        """
         if self.settings['publish_clock']:
+            # Discovery takes a while to hear of another publisher.
+            deadline_s = time.monotonic() + 1.0
+            while time.monotonic() < deadline_s:
+                if others := self.get_publishers_info_by_topic('/clock'):
+                    raise NodesError(
+                        f'publish_clock = True: {node_of(others[0])} already publishes /clock, '
+                        'and time has one source. Leave publish_clock out, or stop the other'
+                    )
+                time.sleep(0.02)
             self._sea_clock = self.create_publisher(ClockMessage, '/clock', QoSProfile(depth=10))
         self._items = items
         self._next = next(items, None)

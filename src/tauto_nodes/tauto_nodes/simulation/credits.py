@@ -20,6 +20,7 @@ from typing import Any
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile, QoSReliabilityPolicy
 from std_msgs.msg import String, UInt8MultiArray
 
+from tauto_core.bags import TOPICS
 from tauto_nodes import NodesError
 from tauto_nodes.live.node import (
     BATCH,
@@ -116,20 +117,23 @@ class Report:
     def from_octets(octets: bytes, key: bytes) -> Report:
         """Return the report in a serialised message.
 
-        ForeignMessageError: it is not of this graph.
+        ForeignMessageError: it is not of this graph, or counts what another node sends.
         """
         text, _, end = octets[_TEXT.size : MOST_TEXT].partition(b'\x00')[0].rpartition(b' ')
         if not hmac.compare_digest(end, mark(key, CREDIT_TOPIC, text).hex().encode()):
             raise ForeignMessageError(f'{text[:80]!r} is not of this graph')
         try:
             content = json.loads(text)
+            node, sent = str(content['node']), _counts(content['sent'])
+            if not all(TOPICS[topic].node == node for topic in sent):
+                raise ValueError
             return Report(
-                str(content['node']),
+                node,
                 _counts(content['taken']),
                 tuple(map(str, content['matched'])),
                 bool(content['ready']),
                 int(content['number']),
-                _counts(content['sent']),
+                sent,
             )
         except _NO_MESSAGE:
             raise ForeignMessageError(f'{octets[8:88]!r} is no credit report') from None
