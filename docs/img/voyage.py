@@ -11,16 +11,20 @@ from __future__ import annotations
 
 import math
 import sys
+from html import escape
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 import tauto_core as tauto
+from tauto_core.plots.chart import Chart
 from tauto_core.plots.contents import chart, seaway, window
 from tauto_core.plots.machine import draw_machine
-from tauto_core.plots.page import SHIP_HEIGHT, SHIP_WIDTH, MapView, dial, ship, variables
+from tauto_core.plots.page import SHIP_HEIGHT, SHIP_WIDTH, dial, ship, variables
 from tauto_core.samples import FloatArray
 from tauto_core.scene.times import DAY_S
+from tauto_core.ship.coast import land
 from tauto_core.wording import counted
 
 LENGTH_S = 6.0
@@ -41,7 +45,6 @@ LENS = (268.0, 62.0, 50.0)
 
 STYLE = """
 text { font: 22px system-ui, sans-serif; fill: var(--ink); }
-.degrees { display: none; }
 .track { stroke-width: 4; stroke-linejoin: round; }
 .band { opacity: .22; }
 .place { fill: var(--paper); stroke: var(--ink); stroke-width: 2.5; }
@@ -191,6 +194,47 @@ def noon(voyage: tauto.Voyage) -> str:
         shown += f'<g transform="translate({x} 316)">{plain}</g>'
         shown += f'<text x="{x}" y="392" text-anchor="middle">{words}</text>'
     return shown
+
+
+class MapView:
+    """The map of a voyage as SVG, `width` units wide and `width / ratio` high."""
+
+    def __init__(self, of: Chart, width: float, ratio: float) -> None:
+        self.chart, self.frame = of, of.frame(ratio)
+        self.width, self.height = width, width / ratio
+
+    def place(self, longitude: ArrayLike, latitude: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """Return places [°] in units of the picture, y downwards."""
+        west, south, east, north = self.frame
+        x = (np.asarray(longitude) - west) / (east - west) * self.width
+        return x, (north - np.asarray(latitude)) / (north - south) * self.height
+
+    def path(self, longitude: FloatArray, latitude: FloatArray) -> str:
+        """Return a line as path data, rounded to a tenth of a unit."""
+        places = zip(*(part.tolist() for part in self.place(longitude, latitude)), strict=True)
+        return 'M' + ' '.join(dict.fromkeys(f'{x:.1f},{y:.1f}' for x, y in places))
+
+    def ground(self) -> str:
+        """Return sea and land."""
+        coast = ''.join(self.path(*outline) + 'z' for outline in land(self.frame))
+        return (
+            f'<rect width="{self.width:.1f}" height="{self.height:.1f}" fill="var(--sea)"/>'
+            f'<path d="{coast}" fill="var(--land)" fill-rule="evenodd" stroke="var(--grey)" '
+            'stroke-width="0.5"/>'
+        )
+
+    def names(self) -> str:
+        """Return the named places as rings, with the names on the side with more room."""
+        drawn = ''
+        for name, longitude, latitude in self.chart.names:
+            x, y = (float(value) for value in self.place(longitude, latitude))
+            side, anchor = (-10.0, 'end') if x > 0.75 * self.width else (10.0, 'start')
+            drawn += (
+                f'<circle class="place" cx="{x:.1f}" cy="{y:.1f}" r="5"/>'
+                f'<text class="place-name" x="{x + side:.1f}" y="{y - 9.0:.1f}" '
+                f'text-anchor="{anchor}">{escape(name)}</text>'
+            )
+        return drawn
 
 
 def at_map(voyage: tauto.Voyage) -> str:
