@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 import sys
 from html import escape
+from itertools import groupby
 from pathlib import Path
 
 import numpy as np
@@ -212,7 +213,7 @@ class MapView:
     def path(self, longitude: FloatArray, latitude: FloatArray) -> str:
         """Return a line as path data, rounded to a tenth of a unit."""
         places = zip(*(part.tolist() for part in self.place(longitude, latitude)), strict=True)
-        return 'M' + ' '.join(dict.fromkeys(f'{x:.1f},{y:.1f}' for x, y in places))
+        return 'M' + ' '.join(at for at, _ in groupby(f'{x:.1f},{y:.1f}' for x, y in places))
 
     def ground(self) -> str:
         """Return sea and land."""
