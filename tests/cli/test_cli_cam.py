@@ -252,6 +252,51 @@ def test_a_dxf_of_lines_has_corners_on_the_arcs(tmp_path: Path) -> None:
     assert 0.5 * (1.0 - math.cos(math.pi / count)) < 1e-4
 
 
+def test_a_small_cam_is_also_drawn_enlarged_with_its_scale(tmp_path: Path) -> None:
+    """A plate of some 8 mm ten times, of which no line is black, and one of 40 mm not at all."""
+    small, large = tmp_path / 'small.svg', tmp_path / 'large.svg'
+    run(*TOY, '--thread', '0.3', '--svg', small)
+    run('cam', 'ideal', '--plate', '--svg', large)
+    text = small.read_text('utf-8')
+    assert 'enlarged 10 : 1' in text
+    (view,) = re.findall(r'scale\(10\)">(.*)</g>', text, re.DOTALL)
+    assert view.count('class="PIN"') == 2
+    assert not re.search('black|SCALE', view)
+    assert 'enlarged' not in large.read_text('utf-8')
+
+
+def test_parts_too_small_for_a_tool_are_named_with_a_remedy() -> None:
+    """A bore of half and pins of 0.3 cusps: a tool of 1 mm needs a cusp at 3.33 mm."""
+    result = CliRunner().invoke(app, [*TOY])
+    words = 'the cusp is 2 mm from the axle, and a tool of 1 mm makes no pin holes of 0.6 mm.'
+    assert words in result.stderr
+    found = re.findall(r'pull of (\S+) N, a weight of (\S+) g, puts it at (\S+) mm', result.stderr)
+    pull, weight, puts = map(float, found[0])
+    assert weight == pytest.approx(1e3 * pull / 9.80665, rel=5e-3)
+    design = ['design', '--period', '1', '--inertia', '1e-4', '--json', '--pull']
+    before, after = (
+        json.loads(run(*design, str(each)))
+        for each in (1e-4 * math.tau**2 / 0.002, 1e-4 * math.tau**2 / (1e-3 * puts))
+    )
+    assert words in before['too_small']
+    assert after['too_small'] == ''
+    assert 3.333 < puts < 3.333 / 0.88
+    assert json.loads(run(*TOY, '--tool', '0.6', '--json'))['too_small'] == ''
+
+
+@pytest.mark.parametrize('thread', [2.0, 1.35])
+def test_a_thread_too_thick_for_its_cusp_is_refused(thread: float) -> None:
+    result = CliRunner().invoke(app, [*TOY, '--thread', str(thread)])
+    assert result.exit_code == 2
+    told = re.match(
+        r'tauto: --thread = \S+ mm: the slot for it leaves no room for a bore of 1 mm within a '
+        r'cusp 2 mm from the axle. Use a thread of at most (\S+) mm',
+        result.stderr.splitlines()[-1],
+    )
+    assert told
+    run(*TOY, '--thread', told[1])
+
+
 @pytest.mark.parametrize(
     ('arguments', 'words'),
     [
@@ -260,9 +305,9 @@ def test_a_dxf_of_lines_has_corners_on_the_arcs(tmp_path: Path) -> None:
         (('clock_own_cam_lever',), 'has no pair of mirror-image cheeks'),
         (('measured', '--cutter', '1'), '--cutter = 1 mm: the cutter'),
         (('measured', '--pin-circle', '9'), 'Give another place: --pins, --pin-circle'),
-        (('measured', '--slot', '4'), '--bore, --slot, or a thinner thread: --thread'),
+        (('measured', '--slot', '4'), ' mm. Give a smaller hole: --bore, --slot'),
         (('measured', '--reach', '-1'), '--reach = -1.0 rad: must be > 0'),
-        (('measured', '--tool', '1'), '--tool: is no longer compared. A plate names its holes'),
+        (('measured', '--tool', '-1'), '--tool = -1.0: must be > 0 mm'),
         (('measured', '--dxf', 'plate.svg'), '--dxf plate.svg: must end in .dxf'),
         (('measured', '--template', 'a.svg'), '--template: is no longer written. Use --svg'),
     ],

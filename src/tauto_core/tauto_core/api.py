@@ -67,7 +67,6 @@ _GONE: list[tuple[str, str, list[str | Argument]]] = [
         *('scheduler', 'fleet'),
         ['is no more. Use ', Argument('jobs'), ', or other seeds on other machines'],
     ),
-    ('tool_mm', 'cam', ['is no longer compared. A plate names its holes']),
     ('template', 'cam', ['is no longer written. Use ', Argument('svg')]),
     (
         *('wind_draws hull_draws', 'fleet'),
@@ -466,6 +465,7 @@ def cam(
     pin_circle_mm: Quantity | None = None,
     slot_mm: Quantity | None = None,
     thickness_mm: Quantity | None = None,
+    tool_mm: Quantity | None = None,
     lines: bool = False,
     **overrides: object,
 ) -> CamOutline:
@@ -502,6 +502,7 @@ def cam(
         pin_circle_mm: distance of pins from the axle [mm]. Default: 0.65 cusps.
         slot_mm: depth of the slot [mm]. Default: 0.3 cusps.
         thickness_mm: thickness of the plate [mm], for solids. Default: 2.
+        tool_mm: diameter of the smallest tool [mm]. Default: 1. Smaller holes are listed.
         lines: write the DXF as R12, with straight lines only, for software that reads no arcs.
             Without a tolerance they are within 1e-4 mm of the arcs.
         overrides: as for `load`.
@@ -530,6 +531,7 @@ def cam(
         'pin_circle_mm': pin_circle_mm,
         'slot_mm': slot_mm,
         'thickness_mm': thickness_mm,
+        'tool_mm': tool_mm,
     }
     sizes = {name: number(name, size, 'mm') for name, size in lengths.items() if size is not None}
     reach = None if reach_rad is None else number('reach_rad', reach_rad, 'rad')
@@ -554,6 +556,7 @@ def design(
     pull: Quantity | None = None,
     base_radius: Quantity | None = None,
     gravity: Quantity = STANDARD_GRAVITY,
+    tool_mm: Quantity = 1.0,
     file: File | None = None,
 ) -> WheelDesign:
     """Find the missing number in the design of a wheel and its cam.
@@ -574,10 +577,11 @@ def design(
         pull: pull in the thread, without inertia.
         base_radius: base radius of the involute, or rate of a hole.
         gravity: acceleration of gravity [m/s2].
+        tool_mm: diameter of the smallest tool [mm]. Smaller holes are listed.
         file: write a scene of it to a new file, ending in .yaml.
 
     Returns:
-        All numbers, in SI units.
+        All numbers, in SI units, and `too_small`, the parts too small for the tool.
 
     Raises:
         UsageError: not exactly one is left out, one is given twice, a unit is not known, or a
@@ -606,6 +610,7 @@ def design(
         },
         disc_is_base=disc_is_base,
         gravity=number('gravity', gravity, 'm/s2'),
+        tool_mm=number('tool_mm', tool_mm, 'mm'),
     )
     if file is not None:
         reference.write_scene(

@@ -91,6 +91,7 @@ def cam(made: CamOutline, as_json: bool, given: Given) -> Said | None:
         say(f'the thread bends round the edges up to {made.acts_from_rad:.4g} rad')
     for line in (
         *left_out(made.keys_left_out),
+        *filter(None, [made.too_small]),
         *(f'wrote {file}' for file in made.files),
     ):
         say(line)
@@ -136,6 +137,8 @@ def design(found: WheelDesign, as_json: bool, given: Given) -> Said:
     sizes = {name: value for name, value in asdict(found).items() if value is not None}
     if as_json:
         return sizes
+    if small := sizes.pop('too_small'):
+        say(small)
     from tauto_core.machines.design import size_in_si
     from tauto_core.scene.units import unit_in
 

@@ -9,6 +9,7 @@ their support functions, and the tolerance of the outline bounds the error of th
 from __future__ import annotations
 
 import math
+from collections.abc import Container
 from dataclasses import dataclass
 from typing import NamedTuple, TypeAlias
 
@@ -175,6 +176,9 @@ BORE, PINS, PIN_CIRCLE, SLOT = 0.5, 0.3, 0.65, 0.3
 """Diameter of the bore and of the pin holes, radius of their circle and depth of the slot, over
 the distance of the cusp from the axle. All fit within a circle through the cusp, inside the
 cheeks."""
+
+TOOL_MM = 1.0
+"""Default diameter of the smallest tool."""
 
 PIN_ANGLES = (math.radians(210.0), math.radians(330.0))
 """Directions of the pin holes from the axle, which exclude a plate turned by half a turn."""
@@ -423,6 +427,15 @@ def cam_plate(
         )
         room = min(_room(complex(hole.x, hole.y), edge), *others) - WALL_MM
         size = f'{2.0 * hole.radius:.4g} mm'
+        thinner = 0.94 * (thread + 2.0 * (room - hole.radius))
+        is_thread = name == 'bore_mm' and bore_mm is slot_mm and thinner > 0.0
+        if hole.radius > room and is_thread:
+            raise UsageError(
+                Argument('thread_mm', f'{thread:g} mm', spaced=True),
+                f': the slot for it leaves no room for a bore of {size} within a cusp {tip:.4g} '
+                f'mm from the axle. Use a thread of at most {thinner:.2g} mm, or give a smaller ',
+                *(Argument(name), ' or ', Argument(place)),
+            )
         if not hole.radius <= room:
             raise UsageError(
                 Argument(name, size, spaced=True),
@@ -430,7 +443,6 @@ def cam_plate(
                 f'the plate about it. There is room for {max(2.0 * room, 0.0):.4g} mm. '
                 f'Give {"a smaller hole" if room > 0.0 else "another place"}: ',
                 *(Argument(name), ', ', Argument(place)),
-                *((', or a thinner thread: ', Argument('thread_mm')) * (hole is holes[0])),
             )
         if radius >= hole.radius:
             raise UsageError(
@@ -450,6 +462,33 @@ def cam_plate(
         slot,
         tolerance_mm,
         cutter_mm,
+    )
+
+
+def too_small(
+    tip_mm: float, pull: float, gravity: float, tool_mm: float, given: Container[str] = ()
+) -> str:
+    """Return a warning about holes of a plate too small for a tool, with the remedy, or ''.
+
+    The default sizes of `cam_plate` are checked, not the given ones. In the same period lever arms
+    are inverse to the pull [N]: I ω² = P b.
+    """
+    shares = {('bore_mm', 'bore'): BORE, ('pins_mm', 'pin holes'): PINS}
+    _size('tool_mm', tool_mm, TOOL_MM)  # refuses a negative size
+    small = {
+        word: share
+        for (name, word), share in shares.items()
+        if name not in given and share * tip_mm < tool_mm
+    }
+    if not small:
+        return ''
+    # two digits of 0.94 of it are less than it
+    lower = float(f'{0.94 * pull * tip_mm * min(small.values()) / tool_mm:.2g}')
+    named = ', no '.join(f'{word} of {share * tip_mm:.2g} mm' for word, share in small.items())
+    return (
+        f'the cusp is {tip_mm:.3g} mm from the axle, and a tool of {tool_mm:g} mm makes no {named}'
+        f'. A pull of {lower:.2g} N, a weight of {1000.0 * lower / gravity:.3g} g, puts it at '
+        f'{tip_mm * pull / lower:.3g} mm in the same period'
     )
 
 

@@ -14,6 +14,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from tauto_core.curves.drawing import MM_PER_M, too_small
 from tauto_core.scene.errors import Argument, UsageError
 from tauto_core.scene.refuse import LARGEST_SIZE, LEAST_SIZE
 from tauto_core.scene.units import fitting, in_unit, measure, unit_of
@@ -40,6 +41,7 @@ class WheelDesign:
         pull_n: pull in the thread [N], without inertia.
         base_radius_m: base radius of the involute, a hole's rate [m].
         gravity_m_s2: acceleration of gravity [m/s2].
+        too_small: warning about holes of its plate (`curves.drawing.too_small`).
     """
 
     period_s: float
@@ -50,6 +52,7 @@ class WheelDesign:
     pull_n: float
     base_radius_m: float
     gravity_m_s2: float
+    too_small: str = ''
 
 
 def wheel_design(
@@ -57,6 +60,7 @@ def wheel_design(
     *,
     disc_is_base: bool,
     gravity: float,
+    tool_mm: float,
 ) -> WheelDesign:
     """Return the design with three given sizes (`tauto.design`).
 
@@ -65,6 +69,7 @@ def wheel_design(
             `size_in_si`.
         disc_is_base: whether the radius of the disc is the base radius (XX).
         gravity: acceleration of gravity [m/s2].
+        tool_mm: diameter of the smallest tool [mm].
 
     Raises:
         UsageError: not exactly one size is missing, one is given twice, a number is not between
@@ -150,6 +155,7 @@ def wheel_design(
         force,
         base,
         gravity,
+        too_small(MM_PER_M * base, force, gravity, tool_mm),
     )
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from io import StringIO
 from pathlib import Path
@@ -21,6 +21,7 @@ from tauto_core.curves.cam import Cam
 from tauto_core.curves.cams.linear import Involute
 from tauto_core.curves.drawing import (
     MM_PER_M,
+    TOOL_MM,
     ArcPath,
     Circle,
     Plate,
@@ -28,6 +29,7 @@ from tauto_core.curves.drawing import (
     cheeks_meet_rad,
     plate_rates,
     polyline,
+    too_small,
 )
 from tauto_core.curves.fluid import coordinates, fluid_outline, radius_of_curvature
 from tauto_core.files import check_place, write_output
@@ -72,6 +74,7 @@ class CamOutline:
         acts_from_rad: least angle with the thread on the cheeks [rad], for a given thickness.
         meeting_rad: angle at which the cheeks cross [rad], if they do. One plate ends there.
         plate: the plate and its cost in rate, on request.
+        too_small: warning about holes of a plate (`curves.drawing.too_small`).
     """
 
     scene: Scene
@@ -87,6 +90,7 @@ class CamOutline:
     acts_from_rad: float | None = None
     meeting_rad: float | None = None
     plate: Plate | None = None
+    too_small: str = ''
 
     def __repr__(self) -> str:
         return f'<CamOutline of {self.scene.name}: {len(self.x_m)} points>'
@@ -109,7 +113,7 @@ class CamOutline:
     def facts(self) -> dict[str, object]:
         """Return points and ends for JSON, or the dimensions and costs of a plate."""
         plate, name = self.plate, {'scene': self.scene.name}
-        left_out = {'keys_left_out': list(self.keys_left_out)}
+        left_out = {'keys_left_out': list(self.keys_left_out), 'too_small': self.too_small}
         if plate is None:
             ends = ('reach_rad', 'acts_from_rad', 'meeting_rad')
             columns = {name: column.tolist() for name, column in self.columns().items()}
@@ -161,7 +165,7 @@ def check_cut(
             'default',
         )
     for name, size in sizes.items():
-        if not is_plate and name != 'thread_mm':
+        if not is_plate and name not in ('thread_mm', 'tool_mm'):
             raise UsageError(
                 Argument(name, f'{size:g} mm', spaced=True),
                 ': is a size of a plate. Ask for one, ',
@@ -268,7 +272,8 @@ def plate_of(
     cam = trochlea.made_cam(scene.g)
     reach = _checked_reach(scene, reach_rad, cam.range_rad)
     lengths = {**PLATE_SIZES, **(sizes or {})}
-    lengths.pop('thickness_mm', None)
+    for of_others in ('thickness_mm', 'tool_mm'):
+        lengths.pop(of_others, None)
     plate = cam_plate(cam, reach, **lengths)
     angles = {*AMPLITUDES, abs(trochlea.release_angle)}
     swings = np.array(sorted(a for a in angles if plate.acts_from_rad < a <= reach) or [reach])
@@ -354,7 +359,7 @@ def _cheeks(
     """
     trochlea, thread_mm = scene.trochlea, sizes['thread_mm']
     assert trochlea is not None
-    hole, meeting = math.inf, math.inf
+    hole, meeting, small = math.inf, math.inf, ''
     shape, range_rad = cam_shape(scene)
     reach = _checked_reach(scene, reach_rad, range_rad)
     try:
@@ -383,6 +388,8 @@ def _cheeks(
         lever = angle, cam.lever_arm(angle)
         rate, tip = (MM_PER_M * float(size) for size in (cam.lever_rate(0.0), cam.p(0.0)))
         hole, meeting = MM_PER_M * cam.distance, cheeks_meet_rad(cam)
+        pull, tool = trochlea.power.pull.at_rest(scene.g), sizes.get('tool_mm', TOOL_MM)
+        small = too_small(tip, pull, scene.g, tool, sizes)
         words = [
             f'{"base radius" if isinstance(cam, Involute) else "lever arm a radian, at rest"} '
             f'{rate:.6g} mm, drawn up to {end:.6g} rad',
@@ -405,6 +412,7 @@ def _cheeks(
         reach_rad=reach,
         acts_from_rad=acts_from if thread_mm else None,
         meeting_rad=meeting if end > meeting else None,
+        too_small=small,
     )
     words = [
         'millimetres, 1:1. Origin: the axle, +y: the thread at rest. Cut CHEEK_LEFT, CHEEK_RIGHT',
@@ -447,6 +455,10 @@ NARROWEST_MM = 75.0
 
 _GAP_MM, _MARGIN_MM = 4.0, 5.0
 _BARS_MM = (50.0, 100.0, 200.0, 500.0, 1000.0)
+_BLUE = '#1f77b4'
+
+VIEW_MM, VIEW_SCALES = 75.0, (5, 10, 20, 50, 100)
+"""Largest side of an enlarged view [mm], and its scales, for drawings up to 15 mm."""
 
 
 class Drawing:
@@ -474,6 +486,7 @@ class Drawing:
         ticks = np.array([1.0, -1.0, 0.0, 0.0, 1.0, -1.0]) * tick
         along = np.array([0.0, 0.0, 0.0, bar, bar, bar])
         self.lines = (*lines, polyline('SCALE', left + along, place + ticks))
+        self._edges = left, -float(np.max(y)), max(width, float(np.ptp(y)))
         letters = int(room / (LETTER * self.text_mm))
         words = [
             line
@@ -495,33 +508,53 @@ class Drawing:
         )
 
     def svg(self) -> bytes:
-        """Return the drawing as SVG, y downwards, thinner where it is not cut."""
+        """Return the drawing as SVG, y downwards, thinner where it is not cut.
 
-        def style(layer: str) -> str:
-            colour, width = ('black', 0.18) if layer in CUT else ('#1f77b4', 0.11)
-            width *= self.text_mm / TEXT_MM
-            return f'class="{layer}" fill="none" stroke="{colour}" stroke-width="{width:.4g}"'
+        A small one is drawn on the right once more, enlarged and in blue. A DXF leaves that out,
+        since a cutter would follow it.
+        """
+        pen = self.text_mm / TEXT_MM
 
-        left, top, width, height = (f'{size:.6g}' for size in self.box)
-        shapes = [
-            *(f'<path {style(line.layer)} d="{line.svg()}"/>' for line in self.lines),
-            *(
-                f'<circle {style(c.layer)} cx="{c.x:.6f}" cy="{-c.y:.6f}" r="{c.radius:.6f}"/>'
-                for c in self.circles
-            ),
-            f'<g font-family="sans-serif" font-size="{self.text_mm:.4g}" xml:space="preserve">',
-            *(
-                f'<text x="{x:.4f}" y="{-y:.4f}">{escape(text)}</text>'
-                for x, y, text in self.notes
-            ),
-        ]
+        def shapes(lines: Iterable[ArcPath], cut: str, pen: float) -> str:
+            def style(layer: str) -> str:
+                colour, width = (cut, 0.18) if layer in CUT else (_BLUE, 0.11)
+                return f'fill="none" stroke="{colour}" stroke-width="{pen * width:.4g}"'
+
+            return '\n'.join(
+                [f'<path class="{a.layer}" {style(a.layer)} d="{a.svg()}"/>' for a in lines]
+                + [
+                    f'<circle class="{c.layer}" {style(c.layer)} cx="{c.x:.6f}" cy="{-c.y:.6f}" '
+                    f'r="{c.radius:.6f}"/>'
+                    for c in self.circles
+                ]
+            )
+
+        left, top, width, height = self.box
+        texts, view = [*self.notes], ''
+        edge, ceiling, size = self._edges
+        if scale := max((ratio for ratio in VIEW_SCALES if ratio * size <= VIEW_MM), default=0):
+            across = left + width
+            texts.append((across, -ceiling, f'enlarged {scale} : 1'))
+            at = across - scale * edge, ceiling + LINE * self.text_mm - scale * ceiling
+            view = f'<g transform="translate({at[0]:.4f} {at[1]:.4f}) scale({scale})">'
+            # the scale bar, the last line, is not enlarged
+            view += shapes(self.lines[:-1], _BLUE, pen / scale) + '</g>'
+            width += scale * size + _MARGIN_MM
+            height = max(height, scale * size + LINE * self.text_mm + 2.0 * _MARGIN_MM)
+        words = '\n'.join(
+            f'<text x="{x:.4f}" y="{-y:.4f}">{escape(text)}</text>' for x, y, text in texts
+        )
+        place = f'x="{left:.6g}" y="{top:.6g}" width="{width:.6g}" height="{height:.6g}"'
         return f"""<?xml version="1.0"?>
-<svg xmlns="http://www.w3.org/2000/svg" width="{width}mm" height="{height}mm" \
-viewBox="{left} {top} {width} {height}">
+<svg xmlns="http://www.w3.org/2000/svg" width="{width:.6g}mm" height="{height:.6g}mm" \
+viewBox="{left:.6g} {top:.6g} {width:.6g} {height:.6g}">
 <title>{escape(self.title)}</title>
-<rect x="{left}" y="{top}" width="{width}" height="{height}" fill="white"/>
-{chr(10).join(shapes)}
+<rect {place} fill="white"/>
+{shapes(self.lines, 'black', pen)}
+<g font-family="sans-serif" font-size="{self.text_mm:.4g}" xml:space="preserve">
+{words}
 </g>
+{view}
 </svg>
 """.encode()
 
