@@ -24,7 +24,6 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TypeAlias
 
-from tauto_core.machines import compile_ideal
 from tauto_core.machines.axle_pendulum import modes
 from tauto_core.samples import FloatArray
 from tauto_core.scene import Scene
@@ -240,7 +239,10 @@ def _scene(name: str, trochlea: dict[str, object], duration_s: float, **sections
 
 
 def _numbers(scene: Scene) -> Numbers:
-    machine = compile_ideal(scene)
+    assert scene.trochlea is not None
+    machine = scene.trochlea.thread.ideal(
+        scene.trochlea.parts(scene.g, scene.drag, scene.escapement)
+    )
     return Numbers(
         inertia=machine.inertia,
         lever_rate=float(machine.cam.lever_rate(0.0)),

@@ -13,12 +13,25 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from tauto_core.curves.cams.lever_corrected import CorrectedLeverGeometry
-from tauto_core.machines import LeverMachine
+from tauto_core.machines import HangingMachine, LeverMachine
 
 HELD = {
     'drag': {'viscous': 1e-5, 'quadratic': 1e-5},
     'escapement': {'kind': 'impulse', 'energy': 1e-4, 'angle': 0.1},
 }
+
+
+def hanging_energy(
+    m: HangingMachine, psi: float, delta: float, psi_rate: float, delta_rate: float
+) -> float:
+    """Kinetic plus potential energy of wheel and swinging thread, 0 at rest in equilibrium [J]."""
+    radius, u = m.base_radius, psi - delta
+    free = m.length - 0.5 * radius * u * u
+    along, across = radius * psi_rate + free * delta_rate, radius * u * psi_rate
+    lift = radius * u * math.sin(delta) + 2.0 * (radius + m.length) * math.sin(0.5 * delta) ** 2
+    lift += 0.5 * radius * u * u * math.cos(delta)
+    kinetic = m.inertia * psi_rate**2 + m.mass * (along**2 + across**2)
+    return 0.5 * kinetic + (m.mass * m.gravity + 0.5 * m.stiffness * lift) * lift
 
 
 class Inputs:

@@ -10,7 +10,6 @@ from tauto_core.first_use import loaded_from
 from tauto_core.machines.axle_pendulum import AxleClock
 from tauto_core.machines.compiling import (
     AnyMachine,
-    compile_ideal,
     compile_machine,
     compile_trochlea,
     free_swings,
@@ -38,7 +37,6 @@ __all__ = [
     'QuadratureError',
     'SlackThreadError',
     'SteadySwing',
-    'compile_ideal',
     'compile_machine',
     'compile_trochlea',
     'descent_isochronism',

@@ -109,7 +109,9 @@ def compile_trochlea(scene: SceneParts) -> AnyMachine:
     at sea, it is checked with the ship's motion. SceneError: a machine that cannot be built, or a
     release beyond its range.
     """
-    trochlea = _trochlea(scene)
+    if scene.trochlea is None:
+        raise SceneError(scene.name, 'trochlea', ABSENT, 'is missing', 'Give one, or a regulator.')
+    trochlea = scene.trochlea
     with naming(scene.name, 'trochlea'):
         parts = trochlea.parts(scene.g, scene.drag, scene.escapement)
         machine = cast(AnyMachine, trochlea.thread.machine(parts))
@@ -143,22 +145,6 @@ def free_swings(
     from tauto_core.machines.fluid_pendulum import FluidPendulum, descent_isochronism
 
     return descent_isochronism(cast(FluidPendulum, machine), amplitudes, nominal_period_s)
-
-
-def compile_ideal(scene: SceneParts) -> Machine:
-    """Return the trochlea of a scene with an ideal thread, vertical or through a hole.
-
-    The release is not checked. SceneError: a cam, thread or table that cannot be used.
-    """
-    trochlea = _trochlea(scene)
-    with naming(scene.name, 'trochlea'):
-        return trochlea.thread.ideal(trochlea.parts(scene.g, scene.drag, scene.escapement))
-
-
-def _trochlea(scene: SceneParts) -> Trochlea:
-    if scene.trochlea is None:
-        raise SceneError(scene.name, 'trochlea', ABSENT, 'is missing', 'Give one, or a regulator.')
-    return scene.trochlea
 
 
 # -----------------------------------------------------------------------------

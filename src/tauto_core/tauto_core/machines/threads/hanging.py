@@ -281,22 +281,6 @@ class HangingMachine:
         bend, _ = self.accelerations(psi, delta, psi_rate, delta_rate)
         return np.asarray(-self.inertia * bend / (self.base_radius * (psi - delta)))
 
-    def energy(
-        self, psi: float, delta: float, psi_rate: float, delta_rate: float, gravity: float
-    ) -> float:
-        """Return kinetic plus potential energy, 0 at rest in equilibrium [J].
-
-        ψ and δ count from the apparent vertical.
-        """
-        radius, u = self.base_radius, psi - delta
-        free = self.length - 0.5 * radius * u * u
-        along, across = radius * psi_rate + free * delta_rate, radius * u * psi_rate
-        versine = 2.0 * math.sin(0.5 * delta) ** 2
-        lift = radius * u * math.sin(delta) + (radius + self.length) * versine
-        lift += 0.5 * radius * u * u * math.cos(delta)
-        kinetic = self.inertia * psi_rate**2 + self.mass * (along**2 + across**2)
-        return 0.5 * kinetic + (self.mass * gravity + 0.5 * self.stiffness * lift) * lift
-
     def period(self, amplitude: float) -> float:
         """Return the period of the periodic swing in the wheel's mode on land [s].
 
