@@ -502,15 +502,10 @@ def sail(
     unit, measured motion could not be read to its end, waves were left out, or observations
     disagreed with the clock by more than `drift.gate`.
 
-    Args:
-        scene: the scene to simulate.
-        out: folder of the bag to write, if any.
+    Args as of `tauto.sail`, and:
         origin: file or name that the user gave, for errors. Default: the scene's name.
-        force: replace an existing bag.
-        anyway: sail even machines and ships larger than any known.
         keep: keep the samples. Without them the voyage has only its `result`, memory does not grow
             with its length, and a linear machine takes less time.
-        progress: called with the fraction done, from 0 to 1.
         watch: called with all samples, batch after batch.
         judge: add the `accuracy` asked and reached to the result, by trials of the beginning, if
             the scene states `solver.accuracy`, or the ship rolls too steeply for the default.

@@ -466,7 +466,7 @@ class BagWriter:
     same folder meanwhile.
 
     Args:
-        folder: the bag's folder. Its parents are made.
+        folder: its parents are made.
         force: replace an existing bag.
         namespace: namespace of the topics, for example `clock_a`. Empty for the root.
         chunk_bytes: size, before compression, at which a chunk is written.

@@ -505,19 +505,16 @@ class Forecast:
     thirtieth of them (benchmarks/stress_forecast.py).
 
     Attributes:
-        run_s: processor time of `tauto sail` on this machine, without a bag and the start of the
-            program, within a factor of two or three [s].
+        run_s: processor time of `tauto sail` here without a bag, within a factor of three [s].
         steps_a_swing: steps laid out in a full swing, `None` if the propagator takes no steps.
         error_s: bound of all the following together, at least `RESOLUTION_S`. `None` if one of
             them is unknown, or the motion is chaotic and the end unknown.
         sampling_error_s: bound of the error by sampling the ship's motion. `None` on a still ship,
-            and if its step has no divisor for a finer one. Measured motion is taken as exact
-            within its pass-band.
+            and if its step has no divisor for a finer one. Measured motion is taken as exact.
         steps_error_s: bound of the error of the steps by their tolerance, or of a closed form by
             the accuracy of its period. `None` if the trials were cut before a result.
         rounding_error_s: approximate error of the phase by rounding alone, with its growth in a
-            chaotic motion. If the sum is near it, the run is as exact as doubles allow. The
-            rounding of the reading to nanoseconds is not included.
+            chaotic motion, without the rounding of the reading to nanoseconds.
         tried_s: length of the trial runs [s], `None` without trials. Beyond it the bounds are
             extrapolated.
         was_cut: whether the trials were cut, since they cost much more than predicted.
@@ -527,9 +524,8 @@ class Forecast:
             motion, else `None`.
         decided_by: the sea with the largest bound: `why` it was tried, `highest` or `met fastest`
             or both, and its figures as in `weather.states`. `None` without weather.
-        shortest_wave_s: least period in the motion of the clock there, including the swings of a
-            suspended case [s]. `None` without a suspension on a still ship or with measured
-            motion.
+        shortest_wave_s: least period in the motion of the clock there, with the swings of its case
+            [s]. `None` for a fixed clock on a still ship or with measured motion.
     """
 
     run_s: float

@@ -131,16 +131,12 @@ class Budget:
     """The budget of a clock's rate: `sum` + `interaction` = `whole`.
 
     Attributes:
-        scene: name of the scene.
-        duration_s: its length [s].
+        duration_s: length of the scene [s].
         latitude_deg: latitude of the ship at the end, for the miles.
         stretches: number of stretches. One of the length of the scene is the whole voyage.
-        stretch_s: length of each [s].
-        settle_s: time sailed before each begins to count [s].
-        rows: the causes.
-        sum: of all rows.
-        interaction: the effect of causes that act only together.
-        whole: the rate with all of them.
+        stretch_s, settle_s: length of each, and the time sailed before it begins to count [s].
+        rows, sum: the causes and their sum.
+        interaction, whole: the effect of causes that act only together, and the rate with all.
         rough: the effects of uncertain numbers.
         rough_s_per_day: root of the summed squares of their half ranges.
         fixed_s_per_day: the whole rate with the case fixed to the ship, `None` if it is fixed.

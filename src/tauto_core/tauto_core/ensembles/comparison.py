@@ -363,22 +363,19 @@ class Row:
     """The result for one clock. Figures at the end are `None` if an event ended its motion.
 
     Attributes:
-        clock: name of the scene.
-        scene: file or name that the user gave.
+        clock, scene: name of the scene, and the file or name that the user gave.
         suspended: whether its case was suspended.
         roll_deg: significant amplitude of the ship's roll [deg], `None` if measured.
         release: angle of the wheel [rad], or arc of a body in a fluid [m], at the start.
         propagator: name of the propagator of its motion.
         rate_s_per_day: mean rate.
-        rate_spread_s_per_day: standard deviation of the rates of the pieces (`piece_s`), `None` if
-            the clock stopped.
+        rate_spread_s_per_day: standard deviation over the pieces, `None` if the clock stopped.
         error_s: reading minus true time at the end.
         raw_error_nmi: error to the east of the dial as the scene sets it.
-        error_nmi: error to the east of the reading corrected for the rate observed in port.
+        error_nmi: the same, corrected for the rate observed in port.
         raw_prize_pounds, prize_pounds: prize of the Act of 1714 for these errors.
         stopped: the event that ended its motion, or the time when it stopped, `None` if it runs.
-        time_s: ends of the pieces since the start, up to an event.
-        trace_s: the clock's error then [s].
+        time_s, trace_s: ends of the pieces, up to an event, and the clock's error then [s].
         run_s: processor time.
     """
 

@@ -273,18 +273,10 @@ def make_trial(
     skip_wrong: bool = False,
     anyway: bool = False,
 ) -> Trial:
-    """Read the log-book and return the trial of clocks that share ship and passage.
+    """Read the log-book and return the trial of clocks that share a ship, see `tauto.trial`.
 
-    Args:
-        logs: file or folder of the log-book.
-        scenes: the clocks, with their names as the user gave them.
-        days, years: least and largest length [days], and first and last year of their beginning.
-        sample: number of passages taken, spread evenly over the list. `None`: all.
-        progress: called with the fraction of the log-book that has been read.
-        harbour_days: rating before the first entry [days].
-        longest_s: length to which a voyage is cut [s]. `None`: the log's.
-        skip_wrong: leave out passages that cannot be sailed.
-        anyway: sail machines and ships larger than any known, too.
+    `scenes` are the clocks, with their names as the user gave them. A voyage is cut to `longest_s`
+    [s], and `progress` takes the fraction of the log-book that has been read.
 
     Raises:
         UsageError: no such file or passages, numbers out of range, or two clocks of one name.

@@ -40,13 +40,10 @@ class Claim:
     Attributes:
         paper: A (E6, the trochlea), B (E13, the fluid) or C (the axle).
         paragraph: number of the paragraph, in Euler's numerals: 'XIX', '26-27'.
-        claim: the claim in words. Its formulas are between asterisks, as in `because` and in all
-            sentences and captions of an edition.
-        stands: the formula or number in the text, letter by letter, or empty if the text states
-            it in words or omits it.
+        claim: the claim in words. Formulas are between asterisks, as in all texts of an edition.
+        stands: the formula or number in the text, letter by letter, or empty if it has none.
         value: the value of `stands`, or else of `adds`, for the example. NaN if it has no value.
-        computed: the same quantity, computed independently, or `None` for a fault of letters or
-            words, which has no value.
+        computed: the same quantity, computed independently, or `None` for a fault of letters.
         tolerance: largest difference if the claim holds, relative to `computed`, or absolute if
             that is 0.
         must: the formula as it must be, or empty if the text is right.

@@ -61,14 +61,11 @@ class Chart:
     """A picture with two axes, and the charts below it that share its x axis.
 
     Attributes:
-        title: title of the picture.
-        x_label: label of the x axis, with the unit.
-        y_label: label of the y axis, with the unit.
-        lines: lines from the back to the front.
+        x_label, y_label: labels of the axes, with their units.
+        lines: from the back to the front.
         log_x, log_y: whether an axis is logarithmic.
         equal: whether both axes have the same scale.
         note: further information for the reader, or empty.
-        marks: events.
         y_ticks: whether the y axis has numbers. A drawing with a break has no numbers.
         is_map: whether x and y are longitude and latitude [°]. Coasts are drawn below the lines,
             and miles have the same length both ways mid-map. A band without `high` is a closed

@@ -55,16 +55,12 @@ def animation(voyage: Voyage) -> dict[str, Any]:
         which: the choice of the part that is shown, or empty for a short voyage.
         from_s, length_s: the part. At logged samples it has `time_s` within the part, `phase_rad`,
             `amplitude_rad` and the dial's `error_s`, and every `roll_step_s` `heave_m`, `roll_rad`
-            and `plumb_rad`, the apparent vertical that a suspended case and a thread with a weight
-            follow. `true_s` is the true time of day at the beginning.
-        hangs, fixed_end: whether the thread follows the apparent vertical, and whether its end is
-            fixed.
-        winding: `angle_rad`, and `x`, `y` of the contact in the wheel's frame and `rise` [mm], or
-            null without a cam.
-        pivot: the pivot of a suspended case [mm], or null.
-        lever: `x`, `y` of the fulcrum, and its angle `beta_rad` at `angle_rad` of the wheel, or
-            null.
-        curve: in a fluid, `x`, `y` [mm] at `arc_m`, or null.
+            and `plumb_rad`, the apparent vertical. `true_s` is the true time of day at its start.
+        hangs, fixed_end: whether the thread follows `plumb_rad`, and whether its end is fixed.
+        winding: `angle_rad`, and `x`, `y` of the contact in the wheel's frame and `rise` [mm].
+        pivot: the pivot of a suspended case [mm].
+        lever: `x`, `y` of the fulcrum, and its angle `beta_rad` at `angle_rad` of the wheel.
+        curve: in a fluid, `x`, `y` [mm] at `arc_m`. These four are null if there are none.
     """
     scene = voyage.scene
     if not len(voyage.angle_rad) or not len(voyage.phase_rad):

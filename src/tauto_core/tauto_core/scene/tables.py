@@ -13,10 +13,7 @@ CSV or separated by blanks. Reading takes 8 bytes per number.
         remedy='Give a CSV file with the columns time_s and air_degc.',
     )
     table['air_degc']  # array (n,)
-    table.gaps('time_s', 3600.0, limit='max_gap', remedy='Cut it there.')  # number bridged
     raise table.refusal(7, 'air_degc', 'is warmer than the sea', 'Correct it.')
-
-The last line makes `log.csv: line 9, air_degc = 31.0: is warmer than the sea. Correct it.`
 """
 
 from __future__ import annotations

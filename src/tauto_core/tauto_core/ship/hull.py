@@ -142,7 +142,6 @@ class HullCoefficients:
     wave a exp(i k (x cos beta + y sin beta) - i omega t).
 
     Attributes:
-        name: the name of the hull.
         source: how the tables were made.
         length: L of the waterline [m].
         beam: of the waterline [m].
