@@ -14,6 +14,7 @@ import pytest
 import yaml
 from bags_examples import START_NS, example, mcap_file
 from mcap.reader import make_reader
+from mcap.records import ChunkIndex
 from mcap.writer import CompressionType
 from rosbags.rosbag2 import Reader
 
@@ -50,11 +51,15 @@ def flip(path: Path, at: int) -> None:
     path.write_bytes(octets)
 
 
-def chunk_places() -> list[tuple[int, int]]:
+def chunk_indexes() -> list[ChunkIndex]:
     with (GOLDEN / FILE).open('rb') as stream:
         summary = make_reader(stream).get_summary()
     assert summary is not None
-    return [(index.chunk_start_offset, index.chunk_length) for index in summary.chunk_indexes]
+    return summary.chunk_indexes
+
+
+def chunk_places() -> list[tuple[int, int]]:
+    return [(index.chunk_start_offset, index.chunk_length) for index in chunk_indexes()]
 
 
 @pytest.mark.parametrize('cut', [*range(9_000, SIZE, 96_001), SIZE - 3000, SIZE - 20, SIZE - 1])
@@ -110,34 +115,28 @@ def test_what_a_kill_leaves_is_recovered_for_every_reader(tmp_path: Path, cut: i
     assert checked.whole == (not checked.cut_short)
 
 
+def copied(folder: Path, flipped: int | None = None) -> Path:
+    """The golden bag, with one byte flipped."""
+    shutil.copytree(GOLDEN, folder)
+    if flipped is not None:
+        flip(folder / FILE, flipped)
+    return folder
+
+
 @pytest.mark.parametrize('what', ['chunk', 'index', 'metadata'])
 def test_damage_elsewhere_costs_no_more_than_it_hit(tmp_path: Path, what: str) -> None:
-    bag = tmp_path / 'bag'
-    shutil.copytree(GOLDEN, bag)
-    whole = golden_messages()
     at, length = chunk_places()[1]
-    if what == 'chunk':
-        flip(bag / FILE, at + length // 2)
-    elif what == 'index':
-        flip(bag / FILE, SIZE - 200)
-    else:
+    bag = copied(tmp_path / 'bag', {'chunk': at + length // 2, 'index': SIZE - 200}.get(what))
+    if what == 'metadata':
         (bag / 'metadata.yaml').write_text('rosbag2_bagfile_information: [', 'utf-8')
     assert not check_bag(bag).whole
     made = recover_bag(bag, tmp_path / 'new' / 'bag')
     kept = list(read_bag(made.path).messages())
-    lost = len(whole) - len(kept)
+    lost = len(golden_messages()) - len(kept)
     assert made.missing == lost
     assert (lost > 0) == (what == 'chunk')
-    assert set(kept) <= set(whole)
+    assert set(kept) <= set(golden_messages())
     assert check_bag(made.path).whole == (lost == 0)
-
-
-def holed(folder: Path, number: int) -> Path:
-    """The golden bag with one byte flipped in the middle of a chunk."""
-    shutil.copytree(GOLDEN, folder)
-    place, length = chunk_places()[number]
-    flip(folder / FILE, place + length // 2)
-    return folder
 
 
 def lost_by_topic(kept: Path) -> dict[str, tuple[int, int, int]]:
@@ -158,7 +157,8 @@ def holes_said(folder: Path) -> dict[str, tuple[int, int, int]]:
 @pytest.mark.parametrize('number', [0, 1])
 def test_a_bag_with_a_hole_says_so_for_ever(tmp_path: Path, number: int) -> None:
     """Losses by topic, even if the chunk had the definitions of the topics."""
-    made = recover_bag(holed(tmp_path / 'bag', number), tmp_path / 'once').path
+    at, length = chunk_places()[number]
+    made = recover_bag(copied(tmp_path / 'bag', at + length // 2), tmp_path / 'once').path
     expected = lost_by_topic(made)
     assert len(expected) > 5
     assert holes_said(made) == expected
@@ -183,7 +183,7 @@ def test_a_bag_with_a_hole_says_so_for_ever(tmp_path: Path, number: int) -> None
 
 
 def test_a_hole_without_indices_has_the_times_of_the_chunk(tmp_path: Path) -> None:
-    bag = shutil.copytree(GOLDEN, tmp_path / 'bag')
+    bag = copied(tmp_path / 'bag')
     octets = bytearray((bag / FILE).read_bytes())
     (at, length), (after, _), *_ = chunk_places()[1:]
     octets[at + length - 99 : after] = bytes(after - at - length + 99)
@@ -205,7 +205,7 @@ def test_a_list_of_holes_that_is_none_is_one_hole() -> None:
 
 @pytest.mark.parametrize('tail', [b'rest', None])
 def test_what_follows_the_end_of_a_file_is_said(tmp_path: Path, tail: bytes | None) -> None:
-    bag = shutil.copytree(GOLDEN, tmp_path / 'bag')
+    bag = copied(tmp_path / 'bag')
     tail = (GOLDEN / FILE).read_bytes() if tail is None else tail
     (bag / FILE).write_bytes((GOLDEN / FILE).read_bytes() + tail)
     [said] = [each for each in check_bag(bag).damage if 'follow its end' in each]
@@ -233,8 +233,7 @@ def rewrite(bag: Path, change: Any) -> None:
     ],
 )
 def test_metadata_that_says_otherwise_is_noticed(tmp_path: Path, change: Any, words: str) -> None:
-    bag = tmp_path / 'bag'
-    shutil.copytree(GOLDEN, bag)
+    bag = copied(tmp_path / 'bag')
     rewrite(bag, change)
     found = check_bag(bag)
     assert not found.whole
@@ -243,12 +242,8 @@ def test_metadata_that_says_otherwise_is_noticed(tmp_path: Path, change: Any, wo
 
 
 def test_a_message_index_that_points_elsewhere_is_noticed(tmp_path: Path) -> None:
-    bag = tmp_path / 'bag'
-    shutil.copytree(GOLDEN, bag)
-    with (bag / FILE).open('rb') as stream:
-        summary = make_reader(stream).get_summary()
-    assert summary is not None
-    [at, *_] = summary.chunk_indexes[0].message_index_offsets.values()
+    bag = copied(tmp_path / 'bag')
+    [at, *_] = chunk_indexes()[0].message_index_offsets.values()
     octets = bytearray((bag / FILE).read_bytes())
     struct.pack_into('<Q', octets, at + 15 + 8, 12345)
     (bag / FILE).write_bytes(octets)
@@ -304,13 +299,12 @@ def test_a_foreign_topic_is_recovered_with_its_definition(tmp_path: Path) -> Non
 
 
 def test_a_split_bag_is_recovered_as_one(tmp_path: Path) -> None:
-    whole = golden_messages()
     torn = killed(tmp_path / 'torn', SIZE)
     (torn / FILE).rename(torn / 'torn_0.mcap')
     (torn / 'torn_1.mcap').write_bytes((GOLDEN / FILE).read_bytes()[: SIZE // 2])
     (torn / 'torn_2.mcap').write_bytes(b'')
     made = recover_bag(torn)
-    assert sum(made.counts.values()) > 1.3 * len(whole)
+    assert sum(made.counts.values()) > 1.3 * len(golden_messages())
     assert any('torn_2.mcap is not an MCAP file' in lost for lost in made.lost)
     assert len(list(made.path.glob('*.mcap'))) == 1
     with Reader(made.path) as reader:
@@ -334,7 +328,7 @@ def test_a_topic_that_never_had_a_message_is_no_damage(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """rosbag2 declares one of its own in the index, and nowhere else."""
-    bag = shutil.copytree(GOLDEN, tmp_path / 'bag')
+    bag = copied(tmp_path / 'bag')
     plain = check.open_mcap
 
     def declared(path: Path, **how: bool) -> McapFile:
@@ -351,7 +345,7 @@ def test_log_times_that_go_back_on_a_topic_of_others_are_a_note(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """rosbag2 writes /rosout, of all nodes, with times of receipt that cross."""
-    bag = shutil.copytree(GOLDEN, tmp_path / 'bag')
+    bag = copied(tmp_path / 'bag')
     plain = McapFile.messages
 
     def crossed(self: McapFile, *arguments: Any) -> Any:
