@@ -1,5 +1,6 @@
 """Batches with a value in every field, and payloads made by other programs."""
 
+import hashlib
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
@@ -157,3 +158,7 @@ def all_batches(n: int = 40) -> s.Batches:
     batches = {name: example(topic.message.samples, n) for name, topic in TOPICS.items()}
     batches[s.SCENE] = s.text(START_NS, 'name: a scene\n')
     return batches
+
+
+def digests(folder: Path) -> dict[str, str]:
+    return {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in folder.iterdir()}

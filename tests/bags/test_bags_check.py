@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import shutil
 import struct
@@ -12,7 +11,7 @@ from typing import Any
 
 import pytest
 import yaml
-from bags_examples import START_NS, example, mcap_file
+from bags_examples import START_NS, digests, example, mcap_file
 from mcap.reader import make_reader
 from mcap.records import ChunkIndex
 from mcap.writer import CompressionType
@@ -34,10 +33,6 @@ def killed(folder: Path, cut: int) -> Path:
     folder.mkdir()
     (folder / FILE).write_bytes((GOLDEN / FILE).read_bytes()[:cut])
     return folder
-
-
-def digests(folder: Path) -> dict[str, str]:
-    return {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in folder.iterdir()}
 
 
 @cache

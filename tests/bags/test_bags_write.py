@@ -1,6 +1,5 @@
 """The writer: folders for other programs, existing folders, failures during writing."""
 
-import hashlib
 import os
 import signal
 import subprocess
@@ -13,7 +12,7 @@ from typing import Any
 
 import pytest
 import yaml
-from bags_examples import START_NS, all_batches, assert_same, example, library_payloads
+from bags_examples import START_NS, all_batches, assert_same, digests, example, library_payloads
 from mcap.reader import make_reader
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import Reader
@@ -46,12 +45,6 @@ def enter_and_raise(writer: BagWriter, batches: s.Batches, error: type[BaseExcep
 def read_metadata(folder: Path) -> dict[str, Any]:
     text = (folder / 'metadata.yaml').read_text('utf-8')
     return yaml.safe_load(text)['rosbag2_bagfile_information']
-
-
-def digest(folder: Path) -> dict[str, str]:
-    return {
-        entry.name: hashlib.sha256(entry.read_bytes()).hexdigest() for entry in folder.iterdir()
-    }
 
 
 def test_rosbags_reads_the_same_messages(tmp_path: Path) -> None:
@@ -118,14 +111,13 @@ def test_sequence_numbers_wrap_at_32_bits(tmp_path: Path) -> None:
 
 def test_the_metadata_says_what_is_in_the_file(tmp_path: Path) -> None:
     folder = write(tmp_path / 'voyage', all_batches())
-    text = (folder / 'metadata.yaml').read_text('utf-8')
-    information = yaml.safe_load(text)['rosbag2_bagfile_information']
+    information = read_metadata(folder)
     assert information['version'] == 9
     assert information['message_count'] == (len(TOPICS) - 1) * 40 + 1
     assert information['starting_time'] == {'nanoseconds_since_epoch': START_NS}
     assert information['duration'] == {'nanoseconds': 39 * 50_000_000}
     assert information['relative_file_paths'] == ['voyage_0.mcap']
-    assert '&' not in text, 'aliases'
+    assert '&' not in (folder / 'metadata.yaml').read_text('utf-8'), 'aliases'
     hashes = [
         t['topic_metadata']['type_description_hash']
         for t in information['topics_with_message_count']
@@ -168,18 +160,18 @@ def test_memory_does_not_grow_with_the_chunks(tmp_path: Path) -> None:
 
 def test_an_existing_folder_is_refused_and_stays(tmp_path: Path) -> None:
     folder = write(tmp_path / 'voyage', all_batches(2))
-    before = digest(folder)
+    before = digests(folder)
     with pytest.raises(BagError, match=r'voyage exists already. .*force=True'):
         BagWriter(folder)
-    assert digest(folder) == before
+    assert digests(folder) == before
 
 
 def test_force_replaces_a_bag_once_the_new_one_is_complete(tmp_path: Path) -> None:
     folder = write(tmp_path / 'voyage', all_batches(2), force=True)
-    before = digest(folder)
+    before = digests(folder)
     with BagWriter(folder, force=True) as writer:
         writer.write(all_batches(3))
-        assert digest(folder) == before
+        assert digests(folder) == before
     assert read_bag(folder).counts['/ship/imu'] == 3
     assert writer.path == folder
     assert [entry.name for entry in tmp_path.iterdir()] == ['voyage']
@@ -219,9 +211,9 @@ def test_an_interrupted_bag_is_finished(tmp_path: Path, error: type[BaseExceptio
 
 def test_an_interrupted_replacement_keeps_both(tmp_path: Path) -> None:
     folder = write(tmp_path / 'voyage', all_batches(2))
-    before = digest(folder)
+    before = digests(folder)
     partial = interrupt(folder, all_batches(3), KeyboardInterrupt)
-    assert digest(folder) == before
+    assert digests(folder) == before
     assert partial == tmp_path / 'voyage.partial'
     assert read_bag(partial).counts['/ship/imu'] == 3
     with pytest.warns(TautoWarning, match=r'voyage\.partial: was left .* and is removed'):

@@ -46,7 +46,7 @@ from tauto_core.motion import axle
 from tauto_core.motion.closed_forms import ActionAngle, Harmonic
 from tauto_core.motion.wells import angles_of
 from tauto_core.navigation.drift import observed_phases
-from tauto_core.navigation.kalman import ClockModel, predict, prior
+from tauto_core.navigation.kalman import ClockModel, Estimate, predict, prior
 from tauto_core.ship.passage import wrap
 
 INERTIA, OMEGA = 4e-4, math.pi
@@ -284,6 +284,10 @@ def of_navigation():
     stamps = np.arange(0, 9 * 86_400, 3600) * 10**9
     shown = stamps + (1e9 * np.cos(stamps)).astype(np.int64)
 
+    def ahead(time):
+        now = Estimate(*(value + 0.0 * time for value in prior(model)))
+        return tuple(predict(now, time, model))
+
     def phases(at, error):
         at = at.astype(np.int64)
         return observed_phases(stamps, shown, at, at + (1e9 * error).astype(np.int64))
@@ -291,9 +295,7 @@ def of_navigation():
     return {
         'observed_phases': Law(phases, (0.0, 7e14), (-1.0, 1.0)),
         'wrap': Law(wrap, (-540.0, 540.0)),
-        'predict': Law(
-            lambda t: tuple(np.broadcast_arrays(*predict(prior(model), t, model))), (0.0, 1e7)
-        ),
+        'predict': Law(ahead, (0.0, 1e7), numbers=True),
     }
 
 

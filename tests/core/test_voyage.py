@@ -12,27 +12,23 @@ import tracemalloc
 import numpy as np
 import pytest
 
+from tauto_core import samples as s
 from tauto_core import voyage
 from tauto_core.bags import BagWriter, read_bag
 from tauto_core.checks.readiness import check_scene
 from tauto_core.machines.threads import HoleThread
 from tauto_core.results import Summary
-from tauto_core.samples import (
-    ESTIMATE,
-    OBSERVATION,
-    READING,
-    SCENE,
-    SHIP_FIX,
-    SHIP_IMU,
-    TimeSamples,
-    join,
-    same,
-    take,
-)
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import BagError, PropagationError, SceneError
 from tauto_core.ship.motions.sea import SeaShip
 from tauto_core.voyage import Pipeline, ShipSource, pipeline, replay, sail, summarise_bag
+
+
+def written(folder, bag, *topics):
+    """Return a bag of some topics of another."""
+    with BagWriter(folder) as writer:
+        writer.write({topic: bag.samples(topic) for topic in topics})
+    return read_bag(folder)
 
 
 @pytest.fixture(scope='module')
@@ -79,9 +75,9 @@ def test_without_two_readings_there_is_no_true_rate(measured):
     scene, _, out = measured
     bag = read_bag(out)
     alone = Summary(scene)
-    alone.feed({ESTIMATE: bag.samples(ESTIMATE)})
+    alone.feed({s.ESTIMATE: bag.samples(s.ESTIMATE)})
     assert not any(key.endswith('_sigmas') for key in alone.drift())
-    alone.feed({READING: take(bag.samples(READING), slice(0, 1))})
+    alone.feed({s.READING: s.take(bag.samples(s.READING), slice(0, 1))})
     assert 'rate_error_sigmas' not in alone.drift()
     assert 'offset_error_sigmas' in alone.drift()
 
@@ -90,13 +86,13 @@ def test_the_rates_error_is_found_anew_from_later_readings():
     scene = load_scene('ideal', duration=14_400.0)
     stamps = scene.starts_at_ns + np.arange(scene.log_count) * scene.log_interval_ns
     noise = np.random.default_rng(1).normal(0.0, 1e6, len(stamps)).astype(np.int64)
-    readings = TimeSamples(stamps, '', stamps + noise, same('', len(stamps)))
+    readings = s.TimeSamples(stamps, '', stamps + noise, s.same('', len(stamps)))
     asked, whole = Summary(scene), Summary(scene)
-    whole.feed({READING: readings})
+    whole.feed({s.READING: readings})
     found = []
     half = len(stamps) // 2
     for part in (slice(0, half), slice(half, None)):
-        asked.feed({READING: take(readings, part)})
+        asked.feed({s.READING: s.take(readings, part)})
         found.append(asked.clock()['rate_standard_error_s_per_day'])
     assert found[0] > 0.0
     assert found[1] != found[0]
@@ -134,10 +130,10 @@ def test_a_voyage_resumes_from_its_state_bit_for_bit():
     stages.restore(state[1])
     rest = stages.feed(source.produce(source.total))
     assert set(first) | set(rest) == set(whole)
-    assert SCENE in first
-    assert SCENE not in rest
-    for topic in set(whole) - {SCENE}:
-        joined = join([part[topic] for part in (first, rest) if topic in part])
+    assert s.SCENE in first
+    assert s.SCENE not in rest
+    for topic in set(whole) - {s.SCENE}:
+        joined = s.join([part[topic] for part in (first, rest) if topic in part])
         for name, value in vars(joined).items():
             if isinstance(value, np.ndarray) and value.dtype != object:
                 assert value.tobytes() == getattr(whole[topic], name).tobytes(), (topic, name)
@@ -157,9 +153,7 @@ def test_the_landfall_is_judged_before_the_clock_is_checked(tmp_path):
     [only] = landfall['landfalls']
     assert only['error_nmi'] == landfall['error_nmi']
     assert landfall['unchecked_days'] == 500.0 / 86_400.0
-    ended = sail(
-        load_scene('ideal', duration=600.0, voyage={**way, 'arrives_at': 600.0}, **settings)
-    ).result
+    ended = sail(scene.model_copy(update={'duration': 600.0})).result
     assert ended['longitude']['landfalls'] == []
     for name in ('at_s', 'error_nmi', 'sigma_nmi', 'raw_error_nmi', 'required_rate_s_per_day'):
         assert ended['longitude'][name] == landfall[name]
@@ -192,9 +186,9 @@ def test_figures_agree_with_each_other(measured):
     assert raw == pytest.approx(-clock['error_s'] / 4.0, abs=1e-12)
 
 
-@pytest.mark.parametrize('name', ['hanging_thread_at_sea'])
-def test_a_drag_that_no_step_resolves_is_advised_against_on_land(name):
-    still = load_scene(name, ship={'kind': 'still'}, duration=60.0, **{'drag.quadratic': 1e20})
+def test_a_drag_that_no_step_resolves_is_advised_against_on_land():
+    given = {'ship': {'kind': 'still'}, 'duration': 60.0, 'drag.quadratic': 1e20}
+    still = load_scene('hanging_thread_at_sea', **given)
     with pytest.raises(PropagationError, match=r'Reduce the drag, .*n a moving ship, raise'):
         sail(still)
 
@@ -210,27 +204,17 @@ def test_an_overdamping_drag_is_refused_with_its_limit(name):
 
 def test_the_roll_at_the_start_counts_for_the_release():
     """A weight's thread hangs along the apparent vertical: 0.5 rad of roll and 1.2 of release."""
-    rolling = {
-        'kind': 'components',
-        'components': [{'amplitude': 0.5, 'period': 9.0, 'phase': math.pi}],
-        'height': 0.0,
+    roll = {'amplitude': 0.5, 'period': 9.0, 'phase': math.pi}
+    given = {
+        'ship': {'kind': 'components', 'components': [roll], 'height': 0.0},
+        'trochlea.cam': {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': 0.01},
+        'trochlea.thread': {'kind': 'vertical'},
+        'trochlea.power': {'kind': 'weight', 'mass': 0.2},
     }
-    arc = {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': 0.01}
-    trochlea = {
-        'inertia': 4e-4,
-        'cam': arc,
-        'thread': {'kind': 'vertical'},
-        'power': {'kind': 'weight', 'mass': 0.2},
-    }
-    fits = load_scene(
-        'measured', ship=rolling, trochlea={**trochlea, 'release_angle': math.pi - 0.51}
-    )
-    check_scene(fits)
-    beyond = load_scene(
-        'measured', ship=rolling, trochlea={**trochlea, 'release_angle': -math.pi + 0.49}
-    )
+    check_scene(load_scene('measured', **given, **{'trochlea.release_angle': math.pi - 0.51}))
+    beyond = {'trochlea.release_angle': -math.pi + 0.49}
     with pytest.raises(SceneError, match='with the roll at the start the cam feels') as caught:
-        check_scene(beyond)
+        check_scene(load_scene('measured', **given, **beyond))
     assert caught.value.key == 'trochlea.release_angle'
 
 
@@ -264,9 +248,8 @@ def test_samples_that_cannot_be_integrated_end_the_voyage():
 def test_a_replay_says_what_it_does_without(measured, tmp_path):
     _, _, out = measured
     bag = read_bag(out)
-    with BagWriter(tmp_path / 'bare') as writer:
-        writer.write({topic: bag.samples(topic) for topic in (SCENE, READING)})
-    observed, fixed = replay(read_bag(tmp_path / 'bare')).result['warnings']
+    bare = written(tmp_path / 'bare', bag, s.SCENE, s.READING)
+    observed, fixed = replay(bare).result['warnings']
     assert 'no topic clock/observation' in observed
     assert 'no topic ship/fix' in fixed
     assert replay(read_bag(out)).result['warnings'] == []
@@ -275,16 +258,12 @@ def test_a_replay_says_what_it_does_without(measured, tmp_path):
 def test_a_bag_without_scene_needs_one(measured, tmp_path):
     scene, report, out = measured
     bag = read_bag(out)
-    with BagWriter(tmp_path / 'bare') as writer:
-        writer.write({READING: bag.samples(READING)})
+    bare = written(tmp_path / 'bare', bag, s.READING)
     with pytest.raises(BagError, match='scene=SCENE'):
-        replay(read_bag(tmp_path / 'bare'))
-    figures = replay(read_bag(tmp_path / 'bare'), scene=scene).result
-    assert figures['clock'] == report['clock']
-    with BagWriter(tmp_path / 'empty') as writer:
-        writer.write({SHIP_FIX: bag.samples(SHIP_FIX)})
+        replay(bare)
+    assert replay(bare, scene=scene).result['clock'] == report['clock']
     with pytest.raises(BagError, match='clock/reading'):
-        replay(read_bag(tmp_path / 'empty'), scene=scene)
+        replay(written(tmp_path / 'empty', bag, s.SHIP_FIX), scene=scene)
 
 
 def test_pipeline_reports_the_counters_of_its_stages():
@@ -292,7 +271,7 @@ def test_pipeline_reports_the_counters_of_its_stages():
     source, stages = ShipSource(scene), pipeline(scene)
     batch = source.produce(50)
     stages.feed(batch)
-    stages.feed({SHIP_IMU: batch[SHIP_IMU]})
+    stages.feed({s.SHIP_IMU: batch[s.SHIP_IMU]})
     assert stages.health() == {'duplicated': 1, 'out_of_order': 49}
     assert isinstance(stages, Pipeline)
 
@@ -318,20 +297,16 @@ def test_memory_does_not_grow_with_the_duration(tmp_path, monkeypatch):
 
 def test_a_replay_needs_no_motion_to_know_what_the_motion_added(tmp_path):
     """drift/estimate has the integrals, so the filter is exact from a bag without motion."""
-    drift = {
-        'observation_interval': 30.0,
-        'observation_sigma': 0.001,
-        'gate': 1e9,
-        'covariates': ['heave', 'roll'],
-        'coefficients': {
-            'heave': {'value': 1.0, 'sigma': 0.05},
-            'roll': {'value': 0.01, 'sigma': 0.02},
-        },
+    coefficients = {
+        'heave': {'value': 1.0, 'sigma': 0.05},
+        'roll': {'value': 0.01, 'sigma': 0.02},
     }
+    drift = {'observation_interval': 30.0, 'observation_sigma': 0.001, 'gate': 1e9}
+    drift |= {'covariates': ['heave', 'roll'], 'coefficients': coefficients}
     log = {'interval': 5.0, 'motion': False}
     scene = load_scene('involute_weight_at_sea', duration=120.0, drift=drift, log=log)
     report = sail(scene, tmp_path / 'thin').result
-    assert SHIP_IMU not in read_bag(tmp_path / 'thin')
+    assert s.SHIP_IMU not in read_bag(tmp_path / 'thin')
     told = replay(read_bag(tmp_path / 'thin')).result
     assert told['drift'] == report['drift']
     assert not told['warnings']
@@ -341,15 +316,12 @@ def test_a_replay_needs_no_motion_to_know_what_the_motion_added(tmp_path):
     )
     # a bag of readings and motion alone
     bag = read_bag(tmp_path / 'full')
-    with BagWriter(tmp_path / 'bare') as writer:
-        writer.write({t: bag.samples(t) for t in (SCENE, READING, SHIP_IMU, OBSERVATION)})
-    again = replay(read_bag(tmp_path / 'bare')).result['drift']
+    bare = written(tmp_path / 'bare', bag, s.SCENE, s.READING, s.SHIP_IMU, s.OBSERVATION)
+    again = replay(bare).result['drift']
     assert again['heave_integral_s'] == pytest.approx(
         report['drift']['heave_integral_s'], rel=1e-9
     )
-    with BagWriter(tmp_path / 'blind') as writer:
-        writer.write({t: bag.samples(t) for t in (SCENE, READING, OBSERVATION)})
-    blind = replay(read_bag(tmp_path / 'blind')).result
+    blind = replay(written(tmp_path / 'blind', bag, s.SCENE, s.READING, s.OBSERVATION)).result
     assert blind['drift']['heave_integral_s'] == 0.0
     assert any('no topic ship/imu' in words for words in blind['warnings'])
 
@@ -373,10 +345,7 @@ print(before, compiled.count(None))
 def test_a_voyage_compiles_nothing_that_was_not_compiled_before(tmp_path, monkeypatch):
     monkeypatch.setenv('TAUTO_CACHE_DIR', str(tmp_path))
     run = subprocess.run(
-        [sys.executable, '-c', PROGRAM],
-        capture_output=True,
-        text=True,
-        check=True,
+        [sys.executable, '-c', PROGRAM], capture_output=True, text=True, check=True
     )
     before, after = map(int, run.stdout.split())
     assert before > 8

@@ -41,3 +41,18 @@ def feeds(draw, topics):
     }
     order = draw(st.permutations([t for t, parts in queues.items() for _ in parts]))
     return [{topic: queues[topic].pop(0)} for topic in order]
+
+
+def integrated(make, topic, samples, stamps, cuts, resumed):
+    """Return the integrals of a source that is fed in pieces and restored after one of them."""
+    source, said = make(), []
+    for k, piece in enumerate(split(samples, cuts)):
+        source.feed({topic: piece})
+        reached = np.searchsorted(stamps, source.reached_ns, 'right')
+        said.append(source.at(stamps[:reached]))
+        stamps = stamps[reached:]
+        if k == resumed:
+            state, source = source.state(), make()
+            source.restore(state)
+    assert not any(source.health().values())
+    return np.concatenate(said)

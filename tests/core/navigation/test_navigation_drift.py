@@ -6,41 +6,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from in_pieces import feeds, split, times
 
+from tauto_core import samples as s
 from tauto_core.navigation import ESTIMATE_NAMES, DriftStage, drift
 from tauto_core.navigation.kalman import Estimate
-from tauto_core.samples import (
-    CORRECTED,
-    ESTIMATE,
-    OBSERVATION,
-    READING,
-    TimeSamples,
-    join,
-    take,
-)
-from tauto_core.scene import parse_scene
+from tauto_core.scene import load_scene
 from tauto_core.ship.source import Observations, schedule
 
 S = 1_000_000_000
-SCENE = """
-duration: {duration}
-starts_at: 100.0
-trochlea:
-  inertia: 4.0e-4
-  cam: {{kind: involute, base_radius: 0.010}}
-  thread: {{kind: vertical}}
-  power: {{kind: force, force: 2.0}}
-  release_angle: 1.0
-drift:
-  observation_interval: 7.0
-  observation_sigma: 0.5
-  prior_rate_sigma: 10.0
-  states: {states}
-  gate: {gate}
-"""
 
 
-def scene_of(duration=60.0, states=2, gate=1e9):
-    return parse_scene(SCENE.format(duration=duration, states=states, gate=gate), 'test')
+def scene_of(duration=60.0, states=2):
+    drift = {'observation_interval': 7.0, 'prior_rate_sigma': 10.0, 'states': states, 'gate': 1e9}
+    given = {'duration': duration, 'starts_at': 100.0, 'log': {'interval': 1.0}}
+    return load_scene('ideal', **given, drift=drift)
 
 
 def readings_of(scene, rate_s=0.003):
@@ -56,7 +34,7 @@ def run(stage, feeds):
     said = [stage.feed(batches) for batches in feeds]
     said.append(stage.finish())
     return {
-        topic: join(found)
+        topic: s.join(found)
         for topic in stage.outputs
         if (found := [batches[topic] for batches in said if topic in batches])
     }
@@ -66,8 +44,10 @@ def assert_same(one, other):
     assert one.keys() == other.keys()
     for topic in one:
         np.testing.assert_array_equal(one[topic].stamp_ns, other[topic].stamp_ns, strict=True)
-    np.testing.assert_array_equal(one[ESTIMATE].position, other[ESTIMATE].position, strict=True)
-    np.testing.assert_array_equal(one[CORRECTED].time_ref_ns, other[CORRECTED].time_ref_ns)
+    np.testing.assert_array_equal(
+        one[s.ESTIMATE].position, other[s.ESTIMATE].position, strict=True
+    )
+    np.testing.assert_array_equal(one[s.CORRECTED].time_ref_ns, other[s.CORRECTED].time_ref_ns)
 
 
 SCENES = {states: scene_of(states=states) for states in (2, 3)}
@@ -77,7 +57,7 @@ SCENES = {states: scene_of(states=states) for states in (2, 3)}
 @given(st.data(), st.sampled_from([2, 3]))
 def test_neither_order_of_arrival_nor_chunks_nor_resuming_matter(data, states):
     scene = SCENES[states]
-    topics = {READING: readings_of(scene), OBSERVATION: observations_of(scene)}
+    topics = {s.READING: readings_of(scene), s.OBSERVATION: observations_of(scene)}
     whole = run(DriftStage(scene), [topics])
     pieces = data.draw(feeds(topics))
     assert_same(run(DriftStage(scene), pieces), whole)
@@ -87,21 +67,21 @@ def test_neither_order_of_arrival_nor_chunks_nor_resuming_matter(data, states):
     second.restore(first.state())
     later = run(second, pieces[cut:]) if len(pieces) > cut else second.finish()
     said.append(later)
-    resumed = {t: join([s[t] for s in said if t in s]) for t in DriftStage.outputs}
+    resumed = {t: s.join([part[t] for part in said if t in part]) for t in DriftStage.outputs}
     assert_same(resumed, whole)
     assert not any(second.health().values())
 
 
 def test_an_observation_counts_from_its_own_stamp_on():
     scene = scene_of()
-    said = run(DriftStage(scene), [{READING: times([100, 101, 107, 108], 2.0)}])
+    said = run(DriftStage(scene), [{s.READING: times([100, 101, 107, 108], 2.0)}])
     # never observed: the prior
-    np.testing.assert_array_equal(said[ESTIMATE].position[:, 0], 0.0)
+    np.testing.assert_array_equal(said[s.ESTIMATE].position[:, 0], 0.0)
     seen = run(
         DriftStage(scene),
-        [{READING: times([100, 106, 107, 108], 2.0), OBSERVATION: times([100, 107])}],
+        [{s.READING: times([100, 106, 107, 108], 2.0), s.OBSERVATION: times([100, 107])}],
     )
-    offset, sigma = seen[ESTIMATE].position[:, :2].T
+    offset, sigma = seen[s.ESTIMATE].position[:, :2].T
     # a setting of 10 sigmas has 1/101 of the weight: 100/101 of the observed 2 s at once
     assert offset[0] == pytest.approx(200.0 / 101.0, rel=1e-15)
     assert sigma[0] == pytest.approx(0.5 * np.sqrt(100.0 / 101.0), rel=1e-15)
@@ -109,24 +89,12 @@ def test_an_observation_counts_from_its_own_stamp_on():
     assert sigma[1] > sigma[0]
     assert offset[2] > offset[1]
     assert sigma[2] < sigma[1]
-    assert seen[ESTIMATE].name == ESTIMATE_NAMES
+    assert seen[s.ESTIMATE].name == ESTIMATE_NAMES
     assert (
-        list(seen[CORRECTED].time_ref_ns - seen[CORRECTED].stamp_ns)[:2]
+        list(seen[s.CORRECTED].time_ref_ns - seen[s.CORRECTED].stamp_ns)[:2]
         == [round(2 * S / 101)] * 2
     )
-    assert set(seen[CORRECTED].source) == {'corrected'}
-
-
-def test_result_at_a_stamp_does_not_depend_on_the_log_interval():
-    scene = scene_of()
-    readings = readings_of(scene)
-    observations = observations_of(scene)
-    fine = run(DriftStage(scene), [{READING: readings, OBSERVATION: observations}])
-    coarse = run(
-        DriftStage(scene),
-        [{READING: take(readings, slice(0, None, 7)), OBSERVATION: observations}],
-    )
-    np.testing.assert_array_equal(coarse[ESTIMATE].position, fine[ESTIMATE].position[::7])
+    assert set(seen[s.CORRECTED].source) == {'corrected'}
 
 
 def test_a_variance_that_rounding_made_negative_is_no_certainty():
@@ -135,33 +103,16 @@ def test_a_variance_that_rounding_made_negative_is_no_certainty():
     assert drift.estimate_values(now, ()).tolist() == [[1.0, np.inf, 0.0, 2.0 * 86400.0]]
 
 
-def test_a_steady_rate_is_found_within_its_sigma():
-    days = np.arange(31) * 86_400.0
-    daily = parse_scene(
-        SCENE.format(duration=30 * 86_400.0, states=2, gate=5.0).replace('7.0', '86400.0'), 'test'
-    )
-    observations = observations_of(daily)
-    assert len(observations.stamp_ns) == 31
-    readings = times(100.0 + days, 4.0 / 86_400.0 * days)
-    said = run(DriftStage(daily), [{READING: readings, OBSERVATION: observations}])
-    _, offset_sigma, rate, rate_sigma = said[ESTIMATE].position[-1]
-    # least squares over 31 days: 0.5/√Σ(t−t̄)² = 0.0100 s/day. The noise floor adds a few percent
-    assert rate_sigma == pytest.approx(0.5 / np.sqrt(31 * (31**2 - 1) / 12), rel=0.1)
-    assert abs(rate - 4.0) < 4 * rate_sigma
-    residual = said[CORRECTED].time_ref_ns[-1] - said[CORRECTED].stamp_ns[-1]
-    assert abs(residual) < 4e9 * offset_sigma
-
-
 def test_readings_wait_for_the_scheduled_observation():
     scene = scene_of()
     assert list(schedule(scene)[:3]) == [100 * S, 107 * S, 114 * S]
     stage = DriftStage(scene)
-    assert stage.feed({READING: times([100, 101, 107, 108])}) == {}
-    first = stage.feed({OBSERVATION: times([100])})
-    assert list(first[ESTIMATE].stamp_ns) == [100 * S, 101 * S]
+    assert stage.feed({s.READING: times([100, 101, 107, 108])}) == {}
+    first = stage.feed({s.OBSERVATION: times([100])})
+    assert list(first[s.ESTIMATE].stamp_ns) == [100 * S, 101 * S]
     # the one at 107 s is lost: the next one releases
-    rest = stage.feed({OBSERVATION: times([114])})
-    assert list(rest[CORRECTED].stamp_ns) == [107 * S, 108 * S]
+    rest = stage.feed({s.OBSERVATION: times([114])})
+    assert list(rest[s.CORRECTED].stamp_ns) == [107 * S, 108 * S]
     assert stage.finish() == {}
     health = stage.health()
     assert (health['observations_missing'], health['observations_unmatched']) == (1, 1)
@@ -169,13 +120,13 @@ def test_readings_wait_for_the_scheduled_observation():
 
 def test_observations_that_do_not_belong_are_refused_and_counted():
     scene = scene_of()
-    wanted = [{READING: readings_of(scene), OBSERVATION: observations_of(scene)}]
+    wanted = [{s.READING: readings_of(scene), s.OBSERVATION: observations_of(scene)}]
     stage = DriftStage(scene)
     foreign = times([103.0, 100.0, 100.0, 107.0, 99.0], 50.0)
-    first, rest = take(foreign, slice(0, 1)), take(foreign, slice(2, None))
-    mixed = join([first, observations_of(scene), rest])
+    first, rest = s.take(foreign, slice(0, 1)), s.take(foreign, slice(2, None))
+    mixed = s.join([first, observations_of(scene), rest])
     assert_same(
-        run(stage, [{READING: readings_of(scene), OBSERVATION: mixed}]),
+        run(stage, [{s.READING: readings_of(scene), s.OBSERVATION: mixed}]),
         run(DriftStage(scene), wanted),
     )
     health = stage.health()
@@ -187,8 +138,8 @@ def test_observations_that_do_not_belong_are_refused_and_counted():
 def test_readings_out_of_order_are_refused_and_counted():
     scene = scene_of()
     stage = DriftStage(scene, expect_schedule=False)
-    said = run(stage, [{READING: times([100, 102, 101, 102])}, {READING: times([99, 103])}])
-    assert list(said[ESTIMATE].stamp_ns) == [100 * S, 102 * S, 103 * S]
+    said = run(stage, [{s.READING: times([100, 102, 101, 102])}, {s.READING: times([99, 103])}])
+    assert list(said[s.ESTIMATE].stamp_ns) == [100 * S, 102 * S, 103 * S]
     assert stage.health()['readings_out_of_order'] == 3
 
 
@@ -197,60 +148,46 @@ def test_foreign_observations_count_when_they_come():
     stage = DriftStage(scene, expect_schedule=False)
     # Unix time: the estimate starts at the first reading, not at the scene's start
     start = 1_700_000_000
-    early = stage.feed({READING: times([start, start + 10], [0.0, 4.0])})
-    assert early[ESTIMATE].position[1, 3] == pytest.approx(10.0, rel=1e-3)
+    early = stage.feed({s.READING: times([start, start + 10], [0.0, 4.0])})
+    assert early[s.ESTIMATE].position[1, 3] == pytest.approx(10.0, rel=1e-3)
     # late: half way between the readings, where the line gives 2 s
-    late = stage.feed({OBSERVATION: times([start + 5])})
+    late = stage.feed({s.OBSERVATION: times([start + 5])})
     assert late == {}
-    after = stage.feed({READING: times([start + 20], [8.0])})
-    offset = after[ESTIMATE].position[0, 0]
+    after = stage.feed({s.READING: times([start + 20], [8.0])})
+    offset = after[s.ESTIMATE].position[0, 0]
     # a setting of 10 sigmas has 1/101 of the weight
     assert offset == pytest.approx(200.0 / 101.0, rel=1e-4)
     # of the future: waits, and the reading at its own stamp uses it
-    stage.feed({OBSERVATION: times([start + 30])})
-    before = stage.feed({READING: times([start + 29], [12.0])})
-    assert before[ESTIMATE].position[0, 0] == pytest.approx(offset, abs=1e-3)
-    at = stage.feed({READING: times([start + 30], [12.0])})
-    assert at[ESTIMATE].position[0, 0] > 3.0
+    stage.feed({s.OBSERVATION: times([start + 30])})
+    before = stage.feed({s.READING: times([start + 29], [12.0])})
+    assert before[s.ESTIMATE].position[0, 0] == pytest.approx(offset, abs=1e-3)
+    at = stage.feed({s.READING: times([start + 30], [12.0])})
+    assert at[s.ESTIMATE].position[0, 0] > 3.0
     assert not any(stage.health().values())
 
 
 def test_foreign_observations_older_than_the_history_are_refused(monkeypatch):
     monkeypatch.setattr(drift, 'HISTORY', 3)
     stage = DriftStage(scene_of(), expect_schedule=False)
-    stage.feed({OBSERVATION: times([99])})
-    stage.feed({READING: times(np.arange(100, 110))})
-    stage.feed({OBSERVATION: times([106.5], 1.0)})
+    stage.feed({s.OBSERVATION: times([99])})
+    stage.feed({s.READING: times(np.arange(100, 110))})
+    stage.feed({s.OBSERVATION: times([106.5], 1.0)})
     assert stage.health()['observations_too_old'] == 2
-    stage.feed({OBSERVATION: times([107.5], 1.0)})
-    said = stage.feed({READING: times([110])})
-    assert said[ESTIMATE].position[0, 0] == pytest.approx(-100.0 / 101.0, rel=1e-4)
+    stage.feed({s.OBSERVATION: times([107.5], 1.0)})
+    said = stage.feed({s.READING: times([110])})
+    assert said[s.ESTIMATE].position[0, 0] == pytest.approx(-100.0 / 101.0, rel=1e-4)
     assert stage.health()['observations_too_old'] == 2
     assert len(stage.state()['stamp']) == 3
 
 
 def test_a_missing_reading_is_bridged_by_its_neighbours():
     scene = scene_of(duration=14.0)
-    exact = [{READING: times(np.arange(100, 115), 3.0), OBSERVATION: times([100, 107, 114])}]
-    gap = [{READING: times([100, 106, 108, 114], 3.0), OBSERVATION: times([100, 107, 114])}]
+    exact = [{s.READING: times(np.arange(100, 115), 3.0), s.OBSERVATION: times([100, 107, 114])}]
+    gap = [{s.READING: times([100, 106, 108, 114], 3.0), s.OBSERVATION: times([100, 107, 114])}]
     whole, bridged = run(DriftStage(scene), exact), run(DriftStage(scene), gap)
     np.testing.assert_array_equal(
-        bridged[ESTIMATE].position, whole[ESTIMATE].position[[0, 6, 8, 14]]
+        bridged[s.ESTIMATE].position, whole[s.ESTIMATE].position[[0, 6, 8, 14]]
     )
-
-
-def test_outliers_are_counted_and_leave_no_trace():
-    scene = scene_of(gate=5.0)
-    readings, observations = readings_of(scene), observations_of(scene)
-    wrong = observations.time_ref_ns.copy()
-    wrong[4] += 60 * S
-    bad = TimeSamples(observations.stamp_ns, '', wrong, observations.source)
-    stage = DriftStage(scene)
-    said = run(stage, [{READING: readings, OBSERVATION: bad}])
-    without = take(observations, np.arange(len(wrong)) != 4)
-    assert_same(said, run(DriftStage(scene), [{READING: readings, OBSERVATION: without}]))
-    assert stage.health()['observations_gated'] == 1
-    assert stage.health()['estimates_reopened'] == 0
 
 
 def test_foreign_observations_of_the_past_are_put_in_their_place():
@@ -260,27 +197,27 @@ def test_foreign_observations_of_the_past_are_put_in_their_place():
     seen = observations_of(scene)
     order = [0, 1, 3, 5, 2, 4]
     stage = DriftStage(scene, expect_schedule=False)
-    stage.feed({READING: first})
+    stage.feed({s.READING: first})
     for k in order:
-        stage.feed({OBSERVATION: take(seen, slice(k, k + 1))})
-    said = stage.feed({READING: second})
-    known = take(seen, slice(0, 6))
+        stage.feed({s.OBSERVATION: s.take(seen, slice(k, k + 1))})
+    said = stage.feed({s.READING: second})
+    known = s.take(seen, slice(0, 6))
     in_order = DriftStage(scene, expect_schedule=False)
-    wanted = run(in_order, [{READING: readings, OBSERVATION: known}])
-    late = {topic: take(samples, slice(40, None)) for topic, samples in wanted.items()}
+    wanted = run(in_order, [{s.READING: readings, s.OBSERVATION: known}])
+    late = {topic: s.take(samples, slice(40, None)) for topic, samples in wanted.items()}
     assert_same(said, late)
     assert stage.health()['observations_delayed'] == 2
     # what came once is not believed twice
-    stage.feed({OBSERVATION: take(seen, slice(2, 4))})
+    stage.feed({s.OBSERVATION: s.take(seen, slice(2, 4))})
     assert stage.health()['observations_repeated'] == 2
 
 
 def test_foreign_observations_of_a_later_day_are_refused():
     stage = DriftStage(scene_of(), expect_schedule=False)
     # the clock is unknown yet: it may belong to what comes
-    stage.feed({OBSERVATION: times([300_000])})
-    stage.feed({READING: times([100, 101])})
-    stage.feed({OBSERVATION: times([101 + 86_400, 102 + 86_400, 1_700_000_000])})
+    stage.feed({s.OBSERVATION: times([300_000])})
+    stage.feed({s.READING: times([100, 101])})
+    stage.feed({s.OBSERVATION: times([101 + 86_400, 102 + 86_400, 1_700_000_000])})
     assert stage.health()['observations_from_future'] == 2
     stage.finish()
     assert stage.health()['observations_unmatched'] == 2

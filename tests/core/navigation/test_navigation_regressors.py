@@ -2,30 +2,22 @@
 
 import math
 from dataclasses import replace
-from itertools import pairwise
+from functools import partial
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from in_pieces import integrated
 from scipy.spatial.transform import Rotation
 
+from tauto_core import samples as s
 from tauto_core.machines import compile_machine, steady_swing
 from tauto_core.navigation import DriftStage, drift_warnings, estimate_names
 from tauto_core.navigation.covariates import coefficients, runs
 from tauto_core.navigation.longitude import fix_samples
 from tauto_core.navigation.regressors import Regressors, regressors
-from tauto_core.samples import (
-    ESTIMATE,
-    OBSERVATION,
-    READING,
-    SHIP_FIX,
-    SHIP_IMU,
-    SHIP_TEMPERATURE,
-    FloatArray,
-    take,
-)
-from tauto_core.scene import parse_scene
+from tauto_core.scene import load_scene, parse_scene
 from tauto_core.scene.errors import SceneError
 from tauto_core.scene.times import DAY_S
 from tauto_core.ship import ShipMotion
@@ -87,7 +79,7 @@ def test_a_hull_changes_the_rate_by_what_the_regressor_says(heading, plane):
     motion = ShipMotion(scene)
     imu = motion.produce(motion.total)
     found = Regressors(scene, live=False)
-    found.feed({SHIP_IMU: imu})
+    found.feed({s.SHIP_IMU: imu})
     ends = scene.starts_at_ns + np.array([0, scene.duration_ns])
     (mean,) = np.diff(found.at(ends)[:, 0]) / scene.duration
     lifted, shaken = parts_of(imu, plane, scene.samples)
@@ -113,7 +105,7 @@ def test_a_thread_that_swings_takes_more_of_the_sway():
     grown = []
     for scene in (plain, swings):
         source = Regressors(scene, live=False)
-        source.feed({SHIP_IMU: imu_from_roll(stamps, none, none, sway, none + G)})
+        source.feed({s.SHIP_IMU: imu_from_roll(stamps, none, none, sway, none + G)})
         (row,) = np.diff(source.at(np.array([200 * S, 1000 * S]))[:, 0])
         grown.append(row)
     assert grown[0] == pytest.approx(800.0 * 0.125 / (4.0 * G * G), rel=1e-6)
@@ -161,7 +153,7 @@ def south(**changes):
 def test_latitude_explains_the_loss_on_the_way_to_jamaica():
     scene = south(drift=STATED)
     voyage = sail(scene)
-    estimate = voyage.samples[ESTIMATE]
+    estimate = voyage.samples[s.ESTIMATE]
     assert estimate.name == estimate_names(('gravity',))
     grown = estimate.position[:, estimate.name.index('gravity_integral_s')]
     arrived = np.searchsorted(voyage.time_s, 604_860.0)
@@ -201,12 +193,8 @@ def test_the_prior_is_that_of_the_machine_as_it_stands(more):
 
 
 def test_a_force_feels_no_gravity():
-    hole = 'cam: {{kind: hole, lever_rate: 0.005}}\n  thread: {{kind: hole, distance: 0.08}}'
-    force = SOUTH.replace('cam: {{kind: involute, base_radius: 0.005}}', hole)
-    force = force.replace('  thread: {{kind: vertical}}\n', '').replace(
-        '{{kind: weight, mass: 0.322{power}}}', '{{kind: force, force: 3.0}}'
-    )
-    (found,) = runs(parse_scene(force.format(**MASSLESS), 'test'))
+    force = load_scene('clock_second_cam_force', drift={'covariates': ['gravity']})
+    (found,) = runs(force)
     assert list(found.at.values()) == pytest.approx([0.0, 0.0], abs=1e-9)
 
 
@@ -225,7 +213,7 @@ def test_gravity_between_fixes_is_that_of_place_and_way():
 def topics():
     scene = south(days=2 * DAY_S, drift=STATED)
     samples = sail(scene).samples
-    return scene, {topic: samples[topic] for topic in (READING, OBSERVATION, SHIP_FIX)}
+    return scene, {topic: samples[topic] for topic in (s.READING, s.OBSERVATION, s.SHIP_FIX)}
 
 
 SCENE, TOPICS = topics()
@@ -234,37 +222,26 @@ SCENE, TOPICS = topics()
 @settings(max_examples=20, deadline=None)
 @given(st.lists(st.integers(0, 2881), max_size=6), st.booleans(), st.integers(0, 6))
 def test_batches_and_resuming_do_not_change_the_integral(cuts, live, resumed):
-    fixes = TOPICS[SHIP_FIX]
+    fixes = TOPICS[s.SHIP_FIX]
     stamps = fixes.stamp_ns[:-1:3] + 7 * S
-    whole = regressors(SCENE, live=live)
-    whole.feed({SHIP_FIX: fixes})
-    pieces = regressors(SCENE, live=live)
-    said: list[FloatArray] = []
-    edges = [0, *sorted(cuts), len(fixes.stamp_ns)]
-    for k, (a, b) in enumerate(pairwise(edges)):
-        pieces.feed({SHIP_FIX: take(fixes, slice(a, b))})
-        reached = np.searchsorted(stamps, pieces.reached_ns, 'right') - sum(map(len, said))
-        begin = sum(map(len, said))
-        said.append(pieces.at(stamps[begin : begin + max(reached, 0)]))
-        if k == resumed:
-            other = regressors(SCENE, live=live)
-            other.restore(pieces.state())
-            pieces = other
-    np.testing.assert_array_equal(np.concatenate(said), whole.at(stamps))
-    assert not any(pieces.health().values())
+    make = partial(regressors, SCENE, live=live)
+    whole = make()
+    whole.feed({s.SHIP_FIX: fixes})
+    found = integrated(make, s.SHIP_FIX, fixes, stamps, cuts, resumed)
+    np.testing.assert_array_equal(found, whole.at(stamps))
 
 
 def last(stage, feeds):
     said = [batches for feed in feeds if (batches := stage.feed(feed))]
     said += [batches] if (batches := stage.finish()) else []
-    return said[-1][ESTIMATE]
+    return said[-1][s.ESTIMATE]
 
 
 def test_a_place_that_never_comes_leaves_the_prior_and_is_said():
     live = DriftStage(SCENE, expect_schedule=False)
-    assert SHIP_FIX in live.inputs
+    assert s.SHIP_FIX in live.inputs
     assert live.notices == []
-    estimate = last(live, [{topic: TOPICS[topic] for topic in (OBSERVATION, READING)}])
+    estimate = last(live, [{topic: TOPICS[topic] for topic in (s.OBSERVATION, s.READING)}])
     assert len(estimate.stamp_ns)
     named = dict(zip(estimate.name, estimate.position[-1].tolist(), strict=True))
     assert (named['gravity_coefficient'], named['gravity_coefficient_sigma']) == (1.0, 0.01)
@@ -273,30 +250,30 @@ def test_a_place_that_never_comes_leaves_the_prior_and_is_said():
     assert 'Publish sensor_msgs/NavSatFix on ship/fix, or leave gravity out' in notice
     assert drift_warnings(live.health(), SCENE) == [notice]
     # when it comes, the notice goes
-    live.feed({SHIP_FIX: TOPICS[SHIP_FIX]})
-    more = take(TOPICS[READING], slice(-1, None))
+    live.feed({s.SHIP_FIX: TOPICS[s.SHIP_FIX]})
+    more = s.take(TOPICS[s.READING], slice(-1, None))
     more.stamp_ns[:] += 60 * S
-    live.feed({READING: more})
+    live.feed({s.READING: more})
     live.finish()
     assert live.notices == []
 
 
 def test_bad_fixes_are_left_out_and_time_may_begin_again():
-    fixes = TOPICS[SHIP_FIX]
+    fixes = TOPICS[s.SHIP_FIX]
     nowhere = fix_samples(
         fixes.stamp_ns, fixes.latitude + 0.0, fixes.longitude, np.ones((len(fixes.stamp_ns), 3))
     )
     nowhere.latitude[5], nowhere.status[7], nowhere.latitude[9] = math.nan, -1, 85.0
     nowhere.latitude[11] = nowhere.longitude[11] = 0.0
     source, whole = (regressors(SCENE, live=True) for _ in range(2))
-    source.feed({SHIP_FIX: nowhere})
-    whole.feed({SHIP_FIX: fixes})
+    source.feed({s.SHIP_FIX: nowhere})
+    whole.feed({s.SHIP_FIX: fixes})
     counts = {name: n for name, n in source.health().items() if n}
     assert counts == {'latitude_refused': 4, 'fixes_out_of_reach': 1, 'fixes_at_0_0': 1}
     end = fixes.stamp_ns[-1:]
     reached = source.at(end)
     np.testing.assert_allclose(reached, whole.at(end), rtol=1e-9)
-    source.feed({SHIP_FIX: take(fixes, slice(0, 100))})
+    source.feed({s.SHIP_FIX: s.take(fixes, slice(0, 100))})
     again = source.at(fixes.stamp_ns[[0, 99]])
     np.testing.assert_array_equal(again[0], reached[0])
 
@@ -323,7 +300,7 @@ KNOWN = (
 def test_temperature_is_linear_between_samples():
     scene = parse_scene(WARM.format(**MASSLESS | {'drift': KNOWN}), 'test')
     samples = sail(scene).samples
-    estimate, felt = samples[ESTIMATE], samples[SHIP_TEMPERATURE]
+    estimate, felt = samples[s.ESTIMATE], samples[s.SHIP_TEMPERATURE]
     warmer = np.interp(estimate.stamp_ns, felt.stamp_ns, felt.temperature - felt.temperature[0])
     assert warmer[-1] > 15.0
     # Simpson's rule is exact for the square of a line
@@ -337,9 +314,9 @@ def test_temperature_is_linear_between_samples():
     # in kelvin, or never: refused and said
     live = DriftStage(scene, expect_schedule=False)
     kelvin = replace(felt, temperature=felt.temperature + 273.15)
-    live.feed({SHIP_TEMPERATURE: kelvin})
+    live.feed({s.SHIP_TEMPERATURE: kelvin})
     assert live.health()['temperature_refused'] == len(felt.stamp_ns)
-    live.feed({READING: samples[READING]})
+    live.feed({s.READING: samples[s.READING]})
     (notice,) = live.notices
     assert 'Publish sensor_msgs/Temperature on ship/temperature' in notice
 
@@ -474,7 +451,7 @@ def test_a_voyage_that_warms_by_20_kelvin_is_within_the_priors(changes, names):
     if 'oil' in changes.get('more', ''):
         changes |= {'more': DRIVEN.replace('1.25e-5', '1.25e-5, oil: olive')}
     voyage = sail(scene := boxed(**changes))
-    estimate, known = voyage.samples[ESTIMATE], coefficients(scene)
+    estimate, known = voyage.samples[s.ESTIMATE], coefficients(scene)
     columns = [estimate.name.index(f'{each.name}_integral_s') for each in known]
     grown = estimate.position[:, columns]
     calm = np.searchsorted(voyage.time_s, 21_000.0)

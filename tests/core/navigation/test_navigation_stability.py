@@ -132,14 +132,6 @@ def test_degrees_of_freedom_agree_with_greenhall_and_riley(alpha, order, modifie
         assert found == pytest.approx(published, rel=0.035)
 
 
-def test_a_clock_in_between_is_told_by_its_noise():
-    rng = np.random.default_rng(3)
-    walk = 3e-2 * np.cumsum(np.cumsum(rng.normal(size=20_000)))
-    found = stability(walk + np.cumsum(rng.normal(size=20_000)), 60.0)
-    assert found['noise'][0] == 'white FM'
-    assert found['noise'][-1] == 'random walk FM'
-
-
 def test_readings_become_errors_at_even_intervals():
     rng = np.random.default_rng(2)
     error = rng.normal(size=100)
