@@ -60,11 +60,7 @@ def test_help_of_core_imports_nothing_slow(arguments: tuple[str, ...]) -> None:
 
 
 @pytest.mark.parametrize(
-    'arguments',
-    [
-        ('cam', 'ideal'),
-        ('isochronism', 'measured', '--amplitudes', '0.1,1'),
-    ],
+    'arguments', [('cam', 'ideal'), ('isochronism', 'measured', '--amplitudes', '0.1,1')]
 )
 def test_what_needs_no_kernel_imports_no_compiler(arguments: tuple[str, ...]) -> None:
     heavy = {

@@ -270,9 +270,7 @@ def test_coefficients_are_shown_with_their_source(tmp_path: Path) -> None:
     assert 'coefficient of roll 0.0000 ± 0.0050, from trial runs' in text
 
 
-def test_a_rate_that_walks_more_than_expected_is_warned_of(
-    tmp_path: Path,
-) -> None:
+def test_a_rate_that_walks_more_than_expected_is_warned_of(tmp_path: Path) -> None:
     content = yaml.safe_load(scene_yaml(load_scene('hanging_thread_at_sea')))
     scene = tmp_path / 'scene.yaml'
     scene.write_text(yaml.safe_dump(content))
@@ -288,10 +286,7 @@ def test_a_rate_that_walks_more_than_expected_is_warned_of(
 
 @pytest.mark.parametrize(
     ('scene', 'given', 'wanders'),
-    [
-        ('clock_sully_lever', {}, True),
-        ('clock_second_cam_force', {}, False),
-    ],
+    [('clock_sully_lever', {}, True), ('clock_second_cam_force', {}, False)],
 )
 def test_a_weight_in_a_hung_case_is_warned_of_a_wandering_rate(
     scene: str, given: dict[str, float], *, wanders: bool
@@ -301,9 +296,7 @@ def test_a_weight_in_a_hung_case_is_warned_of_a_wandering_rate(
     assert any('the swing of the case is undamped' in each for each in found) == wanders
 
 
-def test_a_machine_stopped_by_the_trial_sea_is_warned_of(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_machine_stopped_by_the_trial_sea_is_warned_of(monkeypatch: pytest.MonkeyPatch) -> None:
     def slack(*_: object) -> None:
         raise SlackThreadError('the thread went slack')
 
@@ -321,9 +314,7 @@ def test_the_decisive_sea_is_shown() -> None:
     assert f'sampling waves down to {wave_s:.3g} s in the sea {sea["why"]}, {day}' in text
 
 
-def test_chaos_is_reported_with_growth_time_and_bound(
-    tmp_path: Path,
-) -> None:
+def test_chaos_is_reported_with_growth_time_and_bound(tmp_path: Path) -> None:
     found = facts(tmp_path)
     assert (found['expected']['growth'], found['expected']['bounded_until_s']) == (None, None)
     growth = {'followed_s': 7200.0, 'per_s': 2e-3, 'per_s_sigma': 2e-4, 'is_chaotic': True}

@@ -131,11 +131,7 @@ REFUSALS = {
     ),
     'fleet ideal --plot a.gif --out rows': ('--plot a.gif: ', PICTURES, 'Name another file'),
     'hull': ('no hull is given. ', 'Give --shape (one of sloop, ', '--mesh FILE, or --length'),
-    'hull --length 44': (
-        '--length: ',
-        'needs --beam, --draught and --block. ',
-        'Give all four',
-    ),
+    'hull --length 44': ('--length: ', 'needs --beam, --draught and --block. ', 'Give all four'),
     'hull --shape sloops': ("shape = 'sloops': ", 'must be one of sloop, ', 'Did you mean sloop?'),
     'hull --shape sloop --beam 8': (
         '--shape sloop: ',

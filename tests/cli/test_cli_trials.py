@@ -36,12 +36,7 @@ def test_the_answer_says_on_how_many_passages_she_would_have_won():
     assert '90 % (60–98 %)' in found
     tables = list(trial_tables(answers()))
     heads = tables[0].splitlines()[1]
-    assert re.split(' {2,}', heads) == [
-        'clock',
-        '30 nmi',
-        '40 nmi',
-        '60 nmi',
-    ]
+    assert re.split(' {2,}', heads) == ['clock', '30 nmi', '40 nmi', '60 nmi']
     assert len(tables) == 4
 
 

@@ -21,13 +21,7 @@ import tauto_core as tauto
 from tauto_core.machines import LeverMachine, compile_machine
 from tauto_core.plots.chart import Chart, Line, Mark
 from tauto_core.plots.contents import chart
-from tauto_core.plots.page import (
-    INK,
-    animation,
-    chart_svg,
-    report_html,
-    write_report,
-)
+from tauto_core.plots.page import INK, animation, chart_svg, report_html, write_report
 
 LARGEST_BYTES = 1_500_000
 TAB, ENTER, RIGHT, END, HOME = 9, 13, 39, 35, 36

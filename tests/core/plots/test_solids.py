@@ -40,9 +40,7 @@ def meshes(made: Plate, tmp_path_factory: pytest.TempPathFactory) -> dict[str, A
     return {file.stem: trimesh.load(file) for file in files if file.suffix == '.stl'}
 
 
-def test_the_meshes_are_closed_and_have_the_inertia_of_the_scene(
-    meshes: dict[str, Any],
-) -> None:
+def test_the_meshes_are_closed_and_have_the_inertia_of_the_scene(meshes: dict[str, Any]) -> None:
     assert all(mesh.is_watertight for mesh in meshes.values())
     assert all(mesh.volume > 0.0 for mesh in meshes.values())
     inertia = 0.0
