@@ -6,21 +6,13 @@ import json
 import math
 
 import pytest
-from typer.testing import CliRunner
-
-from tauto_core.cli.app import app
+from command_line import invoke, run
 
 BODY = ('axle', '--depth', '0.3', '--gyration-radius', '0.15')
 
 
-def run(*arguments: str) -> str:
-    result = CliRunner().invoke(app, arguments)
-    assert result.exit_code == 0, result.stderr
-    return result.stdout
-
-
 def refused(*arguments: str) -> str:
-    result = CliRunner().invoke(app, arguments)
+    result = invoke(*arguments)
     assert result.exit_code != 0
     return f'{result.stderr} {result.exception}'
 

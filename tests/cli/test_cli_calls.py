@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from command_line import invoke, refused
 from typer.main import get_command
-from typer.testing import CliRunner
 
 import tauto_core as tauto
 from tauto_core import api
@@ -48,9 +48,8 @@ def commands() -> Iterator[tuple[str, Any, Any]]:
 def test_an_argument_that_was_taken_away_says_what_to_use(name: str, row: Any) -> None:
     command, instead = row
     if command in ENTRIES:
-        ended = CliRunner().invoke(app, [command, 'ideal', f'{option(Argument(name))}=1'])
-        assert ended.exit_code == 2
-        assert re.sub(r'[\s│]+', ' ', spelled(instead, option))[:40] in ended.stderr
+        said = refused(command, 'ideal', f'{option(Argument(name))}=1')
+        assert re.sub(r'[\s│]+', ' ', spelled(instead, option))[:40] in said
     if command != 'replay':
         with pytest.raises(UsageError, match=f'{name}=1: .*'):
             tauto.load('ideal', **{name: 1})
@@ -88,7 +87,7 @@ def test_every_argument_has_a_meaning() -> None:
 @pytest.mark.parametrize('given', ['1e-3', '1 ms'])
 def test_an_accuracy_is_asked_for_in_both_faces(given: str) -> None:
     words = ['sail', 'second_cam_at_sea', '--duration', '60', '--accuracy', given, '--json']
-    printed = json.loads(CliRunner().invoke(app, words).stdout)
+    printed = json.loads(invoke(*words).stdout)
     asked = float(given) if given == '1e-3' else given
     called = dict(tauto.sail('second_cam_at_sea', duration='60 s', accuracy=asked).result)
     assert called['accuracy']['asked_s_per_day'] == 1e-3
@@ -113,5 +112,5 @@ def test_a_bar_has_the_name_of_what_is_read(monkeypatch: pytest.MonkeyPatch) -> 
 
     monkeypatch.setattr(calls, 'progress_bar', bar)
     for words in (['logbook', __file__], ['sail', 'ideal', '--duration', '60'], ['hull']):
-        CliRunner().invoke(app, words)
+        invoke(*words)
     assert labels == [Path(__file__).name, 'ideal', 'hull']

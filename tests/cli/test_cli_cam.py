@@ -11,12 +11,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import invoke, refused, run
 from ezdxf import bbox
 from ezdxf import path as dxf_path
 from ezdxf.filemanagement import readfile
-from typer.testing import CliRunner
 
-from tauto_core.cli.app import app
 from tauto_core.samples import FloatArray
 from tauto_core.scene import load_scene
 
@@ -30,12 +29,6 @@ trochlea:
   release_angle: 1.0
 """
 TOY = ('cam', 'measured', '--plate', '--set', 'trochlea.cam.base_radius=0.002')
-
-
-def run(*arguments: str | Path) -> str:
-    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
-    assert result.exit_code == 0, result.stderr
-    return result.stdout
 
 
 def rows(path: Path) -> np.ndarray:
@@ -267,7 +260,7 @@ def test_a_small_cam_is_also_drawn_enlarged_with_its_scale(tmp_path: Path) -> No
 
 def test_parts_too_small_for_a_tool_are_named_with_a_remedy() -> None:
     """A bore of half and pins of 0.3 cusps: a tool of 1 mm needs a cusp at 3.33 mm."""
-    result = CliRunner().invoke(app, [*TOY])
+    result = invoke(*TOY)
     words = 'the cusp is 2 mm from the axle, and a tool of 1 mm makes no pin holes of 0.6 mm.'
     assert words in result.stderr
     found = re.findall(r'pull of (\S+) N, a weight of (\S+) g, puts it at (\S+) mm', result.stderr)
@@ -286,7 +279,7 @@ def test_parts_too_small_for_a_tool_are_named_with_a_remedy() -> None:
 
 @pytest.mark.parametrize('thread', [2.0, 1.35])
 def test_a_thread_too_thick_for_its_cusp_is_refused(thread: float) -> None:
-    result = CliRunner().invoke(app, [*TOY, '--thread', str(thread)])
+    result = invoke(*TOY, '--thread', str(thread))
     assert result.exit_code == 2
     told = re.match(
         r'tauto: --thread = \S+ mm: the slot for it leaves no room for a bore of 1 mm within a '
@@ -313,9 +306,7 @@ def test_a_thread_too_thick_for_its_cusp_is_refused(thread: float) -> None:
     ],
 )
 def test_refusals_name_the_option(arguments: tuple[str, ...], words: str) -> None:
-    result = CliRunner().invoke(app, ['cam', '--plate', *arguments])
-    assert result.exit_code == 2
-    assert words in result.stderr
+    assert words in refused('cam', '--plate', *arguments)
 
 
 def test_the_figures_are_printed() -> None:

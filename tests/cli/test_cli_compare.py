@@ -7,9 +7,8 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner, Result
+from command_line import invoke
 
-from tauto_core.cli.app import app
 from tauto_core.cli.tables import comparison_table, failures
 from tauto_core.ensembles import rows as stored
 from tauto_core.ensembles.comparison import Comparison, Row, Stop
@@ -19,10 +18,6 @@ from tauto_core.plots.ensembles import comparison_figure
 
 # one closed form in two seas: the whole path without a kernel that must be compiled
 CHEAP = ('compare', 'second_cam_at_sea', '--duration', '600', '--jobs', '1')
-
-
-def tauto(*arguments: str | Path) -> Result:
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
 
 def row(clock: str, hung: bool, roll_deg: float, **changes: object) -> Row:
@@ -63,7 +58,7 @@ STOPPED: dict[str, object] = {
 
 def test_json_is_one_object() -> None:
     # the roll follows from a hull, but can be chosen for a ship of harmonics
-    result = tauto(*CHEAP, '--ship-of', 'cheek_before_euler', '--roll', '0,20', '--json')
+    result = invoke(*CHEAP, '--ship-of', 'cheek_before_euler', '--roll', '0,20', '--json')
     assert result.exit_code == 0, result.stderr
     found = json.loads(result.stdout)
     assert found['duration_s'] == 600.0
@@ -149,6 +144,6 @@ def test_the_figure_shows_the_limits_of_the_act_if_it_judges() -> None:
 def test_a_clock_whose_processes_died_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     lost: Ended[Row] = Ended(0, None, WorkerError('its process died four times'))
     monkeypatch.setattr(stored, 'run_each', lambda *_: (each for each in [lost]))
-    result = tauto(*CHEAP)
+    result = invoke(*CHEAP)
     assert (result.exit_code, result.stdout) == (1, '')
     assert 'second_cam_at_sea: its process died four times' in result.stderr

@@ -9,15 +9,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
-
-from tauto_core.cli.app import app
-
-
-def run(*arguments: str | Path) -> str:
-    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
-    assert result.exit_code == 0, result.stderr
-    return result.stdout
+from command_line import invoke, refused, run
 
 
 def outline_mm(path: Path) -> tuple[np.ndarray, np.ndarray]:
@@ -66,11 +58,9 @@ def test_isochronism_is_that_at_the_temperature_of_the_clock() -> None:
 def test_a_thread_that_never_touches_the_cheeks_is_refused(tmp_path: Path) -> None:
     """R = r θ for the involute of 5 mm: 1.5 mm of radius at 0.3 rad, 25 mm beyond the release."""
     file = tmp_path / 'cam.svg'
-    thick = CliRunner().invoke(app, ['cam', 'measured', '--svg', str(file), '--thread', '50'])
-    assert thick.exit_code == 2
-    assert '--thread = 50' in thick.stderr
+    assert '--thread = 50' in refused('cam', 'measured', '--svg', str(file), '--thread', '50')
     assert not file.exists()
-    thin = CliRunner().invoke(app, ['cam', 'measured', '--svg', str(file), '--thread', '1'])
+    thin = invoke('cam', 'measured', '--svg', str(file), '--thread', '1')
     assert thin.exit_code == 0
     assert 'bends round the edges up to' in thin.stderr
     assert f'wrote {file}' in thin.stderr
@@ -78,7 +68,7 @@ def test_a_thread_that_never_touches_the_cheeks_is_refused(tmp_path: Path) -> No
 
 def test_the_cheeks_go_half_as_far_again_as_the_wheel_swings(tmp_path: Path) -> None:
     file = tmp_path / 'cam.csv'
-    said = CliRunner().invoke(app, ['cam', 'involute_weight_at_sea', '--csv', str(file)])
+    said = invoke('cam', 'involute_weight_at_sea', '--csv', str(file))
     assert 'the cheeks end at 1.5 rad, for a wheel released at 1 rad' in said.stderr
     x, y = outline_mm(file)
     assert np.max(np.hypot(x, y)) == pytest.approx(5.0 * math.hypot(1.0, 1.5), rel=1e-12)
@@ -88,5 +78,5 @@ def test_the_cheeks_go_half_as_far_again_as_the_wheel_swings(tmp_path: Path) -> 
 
 def test_an_extent_at_which_the_cheeks_cross_is_said(tmp_path: Path) -> None:
     asked = ['cam', 'involute_weight_at_sea', '--svg', str(tmp_path / 'cam.svg'), '--reach']
-    assert 'cross at 4.493 rad' in CliRunner().invoke(app, [*asked, '4.5']).stderr
-    assert 'cross' not in CliRunner().invoke(app, [*asked, '4.49']).stderr
+    assert 'cross at 4.493 rad' in invoke(*asked, '4.5').stderr
+    assert 'cross' not in invoke(*asked, '4.49').stderr

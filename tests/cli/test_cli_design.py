@@ -6,14 +6,13 @@ import re
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from command_line import invoke, refused
 
 import tauto_core as tauto
-from tauto_core.cli.app import app
 
 
 def run(*arguments):
-    result = CliRunner().invoke(app, ['design', *map(str, arguments)])
+    result = invoke('design', *map(str, arguments))
     assert result.exit_code == 0, result.stderr
     return result.stdout
 
@@ -32,7 +31,7 @@ def test_paragraph_20_in_scruples():
     # with 63 the pendulum would be 3150
     back = facts(*euler, '--base-radius', '63scruple')
     assert back['pendulum_m'] == pytest.approx(3150 * 0.31385e-3, rel=1e-12)
-    old = CliRunner().invoke(app, ['design', *euler, '--length-unit=scruple'])
+    old = invoke('design', *euler, '--length-unit=scruple')
     assert (old.exit_code, '--length-unit: write the unit' in old.stderr) == (2, True)
 
 
@@ -72,9 +71,7 @@ def test_the_design_is_a_scene_that_keeps_its_period(tmp_path):
     found = tauto.isochronism(file, [0.2, 1.0])
     np.testing.assert_allclose(found.period_s, 2.0, rtol=1e-12)
     before = file.read_bytes()
-    again = CliRunner().invoke(app, ['design', *map(str, toy), '-o', str(file)])
-    assert again.exit_code == 2
-    assert 'exists, and is not replaced' in again.stderr
+    assert 'exists, and is not replaced' in refused('design', *map(str, toy), '-o', str(file))
     assert file.read_bytes() == before
     # the cam for the weight, as the file's remark has it
     text = re.sub(r'\n  (cam|power):\n(    .*\n)+', '\n', file.read_text())

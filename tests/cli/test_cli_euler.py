@@ -11,9 +11,8 @@ from pathlib import Path
 
 import pytest
 from browser import BROWSER, Browser
-from typer.testing import CliRunner
+from command_line import invoke, refused
 
-from tauto_core.cli.app import app
 from tauto_core.euler import fluid_1729
 from tauto_core.euler.edition import Claim
 from tauto_core.euler.site import EDITIONS, all_claims, off_by, write_site
@@ -24,7 +23,7 @@ CLAIM = Claim('A', 'I', 'a | b', 'x * y', 1.0, 1.0 + 3e-13, 1e-12)
 
 
 def test_json_holds_every_claim_in_order() -> None:
-    result = CliRunner().invoke(app, ['euler', '--json'])
+    result = invoke('euler', '--json')
     assert result.exit_code == 0, result.stderr
     printed = json.loads(result.stdout)['claims']
     claims = all_claims()
@@ -38,7 +37,7 @@ def test_json_holds_every_claim_in_order() -> None:
 
 def test_the_words_keep_corrections_and_reasons(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv('COLUMNS', '70')
-    result = CliRunner().invoke(app, ['euler'])
+    result = invoke('euler')
     assert result.exit_code == 0, result.stderr
     assert max(map(len, result.stdout.splitlines())) <= 70
     text = ' '.join(result.stdout.split())
@@ -54,7 +53,7 @@ def test_a_claim_with_another_verdict_is_exit_code_1(monkeypatch: pytest.MonkeyP
     good = fluid_1729.claims()
     spoilt = [replace(good[0], computed=good[0].computed * 1.01), *good[1:]]
     monkeypatch.setattr(fluid_1729, 'claims', lambda: spoilt)
-    result = CliRunner().invoke(app, ['euler', '--json'])
+    result = invoke('euler', '--json')
     assert result.exit_code == 1
     assert len(json.loads(result.stdout)['claims']) == len(all_claims())
     assert 'tauto: B §2-5' in result.stderr
@@ -80,15 +79,13 @@ def test_what_cannot_be_written_is_refused(tmp_path: Path) -> None:
     taken.write_text('')
     with pytest.raises(OutputError, match=r'taken: File exists. Name another folder'):
         write_site(taken, [])
-    gone = CliRunner().invoke(app, ['euler', '--page', str(tmp_path)])
-    assert gone.exit_code == 2
-    assert 'Use --site' in gone.stderr
+    assert 'Use --site' in refused('euler', '--page', str(tmp_path))
 
 
 @pytest.fixture(scope='module')
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp('site') / 'made' / 'papers'
-    result = CliRunner().invoke(app, ['euler', '--site', str(folder)])
+    result = invoke('euler', '--site', str(folder))
     assert (result.exit_code, result.stdout) == (0, ''), result.stderr
     assert f'wrote {folder}\n' in result.stderr
     return folder

@@ -3,9 +3,8 @@
 import json
 
 import pytest
-from typer.testing import CliRunner
+from command_line import invoke
 
-from tauto_core.cli.app import app
 from tauto_core.cli.tables import fleet_tables
 from tauto_core.ensembles import workers
 from tauto_core.ensembles.fleets import Answers
@@ -73,7 +72,7 @@ def test_a_fleet_of_which_no_ship_arrived_is_not_judged():
 
 
 def fleet(*words):
-    return CliRunner().invoke(app, ['fleet', SCENE, '--duration', '60', '--jobs', '1', *words])
+    return invoke('fleet', SCENE, '--duration', '60', '--jobs', '1', *words)
 
 
 def test_the_answer_comes_first_and_no_row_wraps(vary, tmp_path):
@@ -92,7 +91,7 @@ def test_ships_in_the_same_motion_are_named(vary, drawn, alike):
     """`measured` has recorded motion and a clock without noise."""
     vary.write_text(f'{drawn}: {{kind: uniform, low: 0.9, high: 1.1}}' if drawn else '{}')
     few = ('fleet', 'measured', '--ships', '2', '--duration', '60', '--jobs', '1')
-    said = CliRunner().invoke(app, [*few, '--vary', str(vary)]).stderr
+    said = invoke(*few, '--vary', str(vary)).stderr
     assert ('all ships meet the same motion, since ship.kind is recorded' in said) == alike
 
 

@@ -8,20 +8,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from command_line import run
 
-from tauto_core.cli.app import app
 from tauto_core.curves import FluidTautochrone
 from tauto_core.machines import compile_machine
 from tauto_core.scene import load_scene
 
 OIL = 'globe_in_oil'
-
-
-def run(*arguments: str | Path) -> str:
-    result = CliRunner().invoke(app, [str(argument) for argument in arguments])
-    assert result.exit_code == 0, result.stderr
-    return result.stdout
 
 
 def curve() -> FluidTautochrone:

@@ -6,21 +6,20 @@ import sys
 
 import numpy as np
 import pytest
+from command_line import invoke
 from matplotlib.figure import Figure
-from typer.testing import CliRunner
 
-from tauto_core.cli.app import app
 from tauto_core.plots import chart
 from tauto_core.ship.hull import ClockPlace, Hull, hull_of_file, named_hull, rate_by_place
 from tauto_core.ship.sea import bretschneider
 
 
-def invoke(*arguments):
-    return CliRunner().invoke(app, ['hull', *map(str, arguments)])
+def hull(*arguments):
+    return invoke('hull', *map(str, arguments))
 
 
 def facts(*arguments):
-    result = invoke(*arguments, '--json')
+    result = hull(*arguments, '--json')
     assert result.exit_code == 0, result.stderr
     return json.loads(result.stdout)
 
@@ -43,7 +42,7 @@ def test_the_table_of_a_shipped_shape_is_that_of_the_library():
     )
     assert row['heave'] == same.heave
     assert row['pitching'] == same.pitching
-    printed = invoke('--shape', 'deptford', '--roll-period', 11).stdout
+    printed = hull('--shape', 'deptford', '--roll-period', 11).stdout
     assert f'−{-row["heave"]:.1f}' in printed
     assert 'capytaine 3.0.0, 1056 panels' in printed
 
@@ -57,7 +56,7 @@ def test_her_operators_are_drawn(tmp_path, monkeypatch):
 
     monkeypatch.setattr(chart, 'draw', draw)
     picture = tmp_path / 'operators.svg'
-    result = invoke('--shape', 'deptford', '--speed', 2.0, '--plot', picture)
+    result = hull('--shape', 'deptford', '--speed', 2.0, '--plot', picture)
     assert result.exit_code == 0, result.stderr
     assert picture.is_file()
     [(top, name)] = drawn
@@ -75,7 +74,7 @@ def test_her_operators_are_drawn(tmp_path, monkeypatch):
     line = roll.lines[2]
     wanted = beam.response(math.tau / line.x, 0.5 * math.pi, 2.0).motions[:, 3]
     np.testing.assert_allclose(line.y, np.degrees(np.abs(wanted)), rtol=1e-9)
-    refused = invoke('--shape', 'deptford', '--plot', tmp_path / 'operators.gif')
+    refused = hull('--shape', 'deptford', '--plot', tmp_path / 'operators.gif')
     assert refused.exit_code == 2
     assert 'must end in .svg' in refused.output
 
@@ -106,7 +105,7 @@ def test_a_form_is_solved_and_printed(tmp_path, monkeypatch):
     found = facts(*sizes, '--out', tmp_path / 'mine.npz')
     assert found['hull']['name'] == 'parametric form'
     assert found['hull']['block_coefficient'] == pytest.approx(0.5, rel=0.06)
-    refused = invoke(*sizes, '--roll-period', 2)
+    refused = hull(*sizes, '--roll-period', 2)
     assert '--roll-period = 2.0: must lie in [4.41, 73.5] s for a beam of 6 m' in refused.stderr
     again = facts('--shape', 'yacht')
     assert found.keys() == {*again.keys(), 'path'}
@@ -123,6 +122,6 @@ def test_a_form_is_solved_and_printed(tmp_path, monkeypatch):
 def test_sizes_are_checked_before_capytaine_is_looked_for(monkeypatch, sizes, words):
     monkeypatch.setitem(sys.modules, 'capytaine', None)
     names = ('--length', '--beam', '--draught', '--block')
-    result = invoke(*(word for pair in zip(names, sizes, strict=True) for word in pair))
+    result = hull(*(word for pair in zip(names, sizes, strict=True) for word in pair))
     assert result.exit_code == 2
     assert words in result.stderr

@@ -6,9 +6,8 @@ import json
 
 import pytest
 from cliwoc import release_21
-from typer.testing import CliRunner
+from command_line import invoke, refused
 
-from tauto_core.cli.app import app
 from tauto_core.scene import load_scene
 
 BOOK = (
@@ -29,7 +28,7 @@ def book(tmp_path):
 
 
 def test_every_passage_is_listed_with_what_is_doubtful_or_wrong(book):
-    found = json.loads(CliRunner().invoke(app, ['logbook', book, '--json']).stdout)['passages']
+    found = json.loads(invoke('logbook', book, '--json').stdout)['passages']
     one, other = found
     assert (one['passage'], one['ship'], one['days'], one['entries']) == (
         'A-1',
@@ -42,7 +41,7 @@ def test_every_passage_is_listed_with_what_is_doubtful_or_wrong(book):
     assert notes == ['1 gap of up to 2 days', '1 of 3 entries without a wind']
     assert last.startswith('last entry at sea')
     assert 'row 1 (line 5), wind_mps' in other['problems'][0]
-    said = CliRunner().invoke(app, ['logbook', book]).stdout
+    said = invoke('logbook', book).stdout
     assert '2 passages, 1 of them can be sailed' in said
     assert '67%   33%  48° N 7° W, 44° N 10° W   La Folle; 1 gap' in said
     assert '  10° S 79° W, 11° S 80° W  ?; cannot be sailed' in said
@@ -52,7 +51,7 @@ def test_every_passage_is_listed_with_what_is_doubtful_or_wrong(book):
 def test_a_scene_of_a_passage_sails_by_itself(book, tmp_path):
     file = tmp_path / 'a1.yaml'
     asked = ['logbook', book, '--passage', 'A-1', '-o', str(file), '--harbour-days', '1']
-    assert CliRunner().invoke(app, asked).exit_code == 0
+    assert invoke(*asked).exit_code == 0
     scene = load_scene(str(file))
     assert scene.voyage is not None
     assert scene.voyage.log is not None
@@ -64,13 +63,13 @@ def test_a_scene_of_a_passage_sails_by_itself(book, tmp_path):
 def test_who_sails_a_log_is_told_that_it_makes_no_landfall(book, tmp_path):
     file = str(tmp_path / 'a1.yaml')
     asked = ['logbook', book, '--passage', 'A-1', '--scene', 'second_cam_at_sea', '-o', file]
-    assert CliRunner().invoke(app, [*asked, '--harbour-days', '0']).exit_code == 0
+    assert invoke(*asked, '--harbour-days', '0').exit_code == 0
     light = ['--set', 'log.interval=600', '--set', 'ship.rate=8']
-    found = CliRunner().invoke(app, ['sail', file, *light, '--duration', '259800'])
+    found = invoke('sail', file, *light, '--duration', '259800')
     assert found.exit_code == 0, found.stderr
     # 44.5° N 10° W is 178 km from Punta Candieira, and 170 from Cape Touriñán
     assert 'The last entry of the log is at sea, 1' in ' '.join(found.stdout.split())
-    shorter = CliRunner().invoke(app, ['sail', file, *light, '--duration', '1 h'])
+    shorter = invoke('sail', file, *light, '--duration', '1 h')
     assert shorter.exit_code == 0, shorter.stderr
     assert 'last entry' not in shorter.stdout
 
@@ -85,15 +84,11 @@ def test_who_sails_a_log_is_told_that_it_makes_no_landfall(book, tmp_path):
     ],
 )
 def test_what_cannot_be_written_is_refused(book, asked, what):
-    result = CliRunner().invoke(app, ['logbook', book, *asked])
-    assert result.exit_code == 2
-    assert what in result.stderr
+    assert what in refused('logbook', book, *asked)
 
 
 def test_a_file_that_is_not_there_is_refused():
-    result = CliRunner().invoke(app, ['logbook', 'nowhere.csv'])
-    assert result.exit_code == 2
-    assert 'no such file' in result.stderr
+    assert 'no such file' in refused('logbook', 'nowhere.csv')
 
 
 def test_places_far_inland_are_told_and_tracks_drawn(tmp_path):
@@ -103,16 +98,14 @@ def test_places_far_inland_are_told_and_tracks_drawn(tmp_path):
         'A-1,1785-08-01T12:00,43.6,-8.5,,\n'
         'A-1,1785-08-03T12:00,40.42,-3.7,,\n'
     )
-    found = CliRunner().invoke(app, ['logbook', str(file), '--plot', str(chart), '--json'])
+    found = invoke('logbook', str(file), '--plot', str(chart), '--json')
     assert found.exit_code == 0, found.stderr
     [passage] = json.loads(found.stdout)['passages']
     assert 'more than 30 km inland: row 2' in passage['notes']
     assert not any('last entry at sea' in note for note in passage['notes'])
     assert chart.read_text().startswith('<?xml')
     asked = ['logbook', str(file), '--plot', str(chart), '--passage', 'A-1']
-    refused = CliRunner().invoke(app, asked)
-    assert refused.exit_code == 2
-    assert 'draws all passages' in refused.stderr
+    assert 'draws all passages' in refused(*asked)
 
 
 @pytest.mark.parametrize(
@@ -130,7 +123,7 @@ def test_a_last_entry_that_makes_no_landfall_is_told(tmp_path, longitude, note):
         'A-1,1785-08-01T12:00,40.0,-12.0,,\n'
         f'A-1,1785-08-03T12:00,42.88,{longitude},,\n'
     )
-    found = CliRunner().invoke(app, ['logbook', str(file), '--json'])
+    found = invoke('logbook', str(file), '--json')
     [passage] = json.loads(found.stdout)['passages']
     told = [each for each in passage['notes'] if 'last entry' in each]
     assert len(told) == (note is not None)
@@ -150,7 +143,7 @@ def test_progress_grows_while_reading_and_making_passages(tmp_path, monkeypatch)
         return read(file, progress=shares.append)
 
     monkeypatch.setattr(logbook, 'read_passages', reading)
-    outcome = CliRunner().invoke(app, ['logbook', str(path), '--json'])
+    outcome = invoke('logbook', str(path), '--json')
     assert outcome.exit_code == 0, outcome.stderr
     entries = sum(each['entries'] for each in json.loads(outcome.stdout)['passages'])
     assert 19_000 < entries <= 20_020

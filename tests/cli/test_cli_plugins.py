@@ -8,9 +8,9 @@ from typing import Annotated
 
 import pytest
 import typer
-from typer.testing import CliRunner, Result
+from command_line import invoke
+from typer.testing import Result
 
-from tauto_core.cli.app import app
 from tauto_core.scene.errors import UsageError
 
 
@@ -33,7 +33,7 @@ def install(monkeypatch: pytest.MonkeyPatch, *entries: EntryPoint) -> None:
 
 
 def graph(*arguments: str) -> Result:
-    return CliRunner().invoke(app, ['graph', *arguments])
+    return invoke('graph', *arguments)
 
 
 @pytest.fixture
@@ -74,8 +74,8 @@ class TestInstalled:
 def test_not_installed_names_the_remedy(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     install(monkeypatch)
     for arguments in ([name], [name, '--help'], [name, 'x', '--rate', '2']):
-        result = CliRunner().invoke(app, arguments)
+        result = invoke(*arguments)
         assert result.exit_code == 1
         assert 'tauto_nodes' in result.stderr
         assert 'make sail' in result.stderr
-    assert name in CliRunner().invoke(app, ['--help']).stdout
+    assert name in invoke('--help').stdout

@@ -8,9 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
-
-from tauto_core.cli.app import app
+from command_line import invoke
 
 SCENE_LIST = 'there is no such file or built-in scene. '
 LISTS_SCENES = 'Check its path and name. `tauto scenes` lists the built-in scenes.'
@@ -186,7 +184,7 @@ def test_refusals_name_key_and_value_the_limit_and_a_remedy(
     command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    run = CliRunner().invoke(app, command.split())
+    run = invoke(*command.split())
     assert run.exit_code == 2
     assert run.stdout == ''
     said = run.stderr.splitlines()[-1]  # `cam` first says how far it draws

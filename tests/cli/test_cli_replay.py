@@ -7,9 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner, Result
-
-from tauto_core.cli.app import app
+from command_line import invoke
 
 SCENE = """\
 name: a noisy clock
@@ -26,22 +24,18 @@ log: {interval: 10.0}
 """
 
 
-def tauto(*arguments: str | Path) -> Result:
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
-
-
 @pytest.fixture(scope='module')
 def bag(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp('replay')
     (folder / 'noisy.yaml').write_text(SCENE, encoding='utf-8')
-    sailed = tauto('sail', folder / 'noisy.yaml', '--out', folder / 'bag')
+    sailed = invoke('sail', folder / 'noisy.yaml', '--out', folder / 'bag')
     assert sailed.exit_code == 0, sailed.stderr
     assert sailed.stderr == ''
     return folder / 'bag'
 
 
 def test_the_stability(bag: Path) -> None:
-    run = tauto('replay', bag, '--stability', '--json')
+    run = invoke('replay', bag, '--stability', '--json')
     assert run.exit_code == 0, run.stderr
     stability = json.loads(run.stdout)['stability']
     assert (stability['samples'], stability['interval_s']) == (241, 10.0)
@@ -54,7 +48,7 @@ def test_the_stability(bag: Path) -> None:
             row[f'{kind}_low'] < x < row[f'{kind}_high'] for row, x in zip(rows, true, strict=True)
         ]
         assert sum(held) >= 5
-    shown = tauto('replay', bag, '--stability').stdout
+    shown = invoke('replay', bag, '--stability').stdout
     assert 'white FM' in shown
     assert 'τ, s' in shown
     assert '…' not in shown
@@ -70,7 +64,7 @@ def test_the_stability(bag: Path) -> None:
 def test_what_cannot_be_given_is_refused_first(
     bag: Path, arguments: tuple[str, ...], words: str
 ) -> None:
-    run = tauto('replay', bag, *arguments)
+    run = invoke('replay', bag, *arguments)
     assert run.exit_code == 2
     assert words in run.stderr
     assert run.stdout == ''
@@ -81,8 +75,8 @@ def test_observations_that_disagree_are_said_by_sail_and_replay(tmp_path: Path) 
     # the dial gains a thousandth, 86 s/day, instead of the assumed 0.1 s/day
     off = SCENE.replace('white_fm: 2.0', 'nominal_period: 0.888').replace('100.0}', '0.1}')
     scene.write_text(off, encoding='utf-8')
-    sailed = tauto('sail', scene, '--out', tmp_path / 'bag')
-    replayed = tauto('replay', tmp_path / 'bag')
+    sailed = invoke('sail', scene, '--out', tmp_path / 'bag')
+    replayed = invoke('replay', tmp_path / 'bag')
     for run in (sailed, replayed):
         assert run.exit_code == 0
         assert 'drift: 1 observation beyond drift.gate = 5 sigmas had to be believed' in run.stderr
@@ -92,7 +86,7 @@ def test_observations_that_disagree_are_said_by_sail_and_replay(tmp_path: Path) 
 def test_a_bag_cut_before_its_readings_says_that_it_was_cut(bag: Path, tmp_path: Path) -> None:
     (whole,) = bag.glob('*.mcap')
     (tmp_path / 'cut.mcap').write_bytes(whole.read_bytes()[:3000])
-    run = tauto('replay', tmp_path / 'cut.mcap')
+    run = invoke('replay', tmp_path / 'cut.mcap')
     assert run.exit_code == 1
     assert 'there is no topic clock/reading' in run.stderr
     assert 'the chunk at byte 797 is damaged (2150 of' in run.stderr

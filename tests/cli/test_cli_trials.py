@@ -4,10 +4,9 @@ import json
 import re
 
 import pytest
+from command_line import invoke
 from trial_examples import CLOCK, LOG, OTHER, write_log
-from typer.testing import CliRunner
 
-from tauto_core.cli.app import app
 from tauto_core.cli.tables import trial_tables
 from tauto_core.ensembles.trials import ClockAnswers, Part, Prize, TrialAnswers, WayAnswers
 
@@ -15,7 +14,7 @@ LIGHT = ['--set', 'log.interval=600', '--set', 'ship.rate=8', '--jobs', '1']
 
 
 def run(*arguments):
-    return CliRunner().invoke(app, ['fleet', CLOCK, *LIGHT, *arguments])
+    return invoke('fleet', CLOCK, *LIGHT, *arguments)
 
 
 def answers():

@@ -9,10 +9,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from command_line import invoke
 
 import tauto_core as tauto
-from tauto_core.cli.app import app
 from tauto_core.cli.tables import budget_text
 from tauto_core.clockwork.trochlea import nominal_period_s
 from tauto_core.ensembles import budget
@@ -302,7 +301,7 @@ def test_it_is_kept_with_the_voyage_and_the_report_shows_it(tmp_path: Path) -> N
     tauto.sail(scene).write(bag)
     (file := tmp_path / 'scene.yaml').write_text(scene_yaml(scene), 'utf-8')
     typed = ['budget', str(file), '--jobs', '1', '--out', str(bag), '--json']
-    run = CliRunner().invoke(app, typed)
+    run = invoke(*typed)
     assert run.exit_code == 0
     assert run.stderr.strip().endswith('budget.json')
     assert kept_budget(bag) == json.loads(run.stdout)

@@ -11,11 +11,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import invoke
 from scipy.integrate import quad, solve_ivp
 from scipy.linalg import expm
-from typer.testing import CliRunner
 
-from tauto_core.cli.app import app
 from tauto_core.cli.terminal import given_values
 from tauto_core.euler import trochlea_1727
 from tauto_core.euler.axle_1780 import C, E, K
@@ -126,7 +125,7 @@ def test_the_commands_run(
 
 
 def _runs(words: list[str], line: str) -> None:
-    said = CliRunner().invoke(app, words)
+    said = invoke(*words)
     assert said.exit_code == 0, (line, said.output)
 
 
