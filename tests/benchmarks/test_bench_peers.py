@@ -35,7 +35,7 @@ def test_missing_library_is_named_with_what_installs_it(kind, monkeypatch):
         kind()
 
 
-@pytest.mark.parametrize('key', 'abcde')
+@pytest.mark.parametrize('key', 'abcdef')
 def test_plain_heyoka_ends_at_the_reference(key):
     assert measure(problem(key), peer(Heyoka), '1e-15', 60.0).error_rad < 1e-9
 

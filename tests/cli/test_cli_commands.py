@@ -30,6 +30,11 @@ ship: {kind: components, components: [{amplitude: 0.3, period: 9.0, phase: 0.0}]
 """
 
 
+def python(program: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, '-c', program]
+    return subprocess.run(command, capture_output=True, text=True, check=False)
+
+
 def imported_by(*arguments: str) -> set[str]:
     """Return the modules that a command leaves imported in a fresh process."""
     program = (
@@ -39,9 +44,8 @@ def imported_by(*arguments: str) -> set[str]:
         'try:\n    main()\nexcept SystemExit as end:\n    assert not end.code, end.code\n'
         'print("\\n" + " ".join(sys.modules))'
     )
-    run = subprocess.run(
-        [sys.executable, '-c', program], capture_output=True, text=True, check=True
-    )
+    run = python(program)
+    assert run.returncode == 0, run.stderr
     return set(run.stdout.splitlines()[-1].split())
 
 
@@ -58,17 +62,8 @@ def test_help_of_core_imports_nothing_slow(arguments: tuple[str, ...]) -> None:
     'arguments', [('cam', 'ideal'), ('isochronism', 'measured', '--amplitudes', '0.1,1')]
 )
 def test_what_needs_no_kernel_imports_no_compiler(arguments: tuple[str, ...]) -> None:
-    heavy = {
-        'llvmlite',
-        'scipy',
-        'pandas',
-        'rosbags',
-        'mcap',
-        'matplotlib',
-        'hypothesis',
-        'mpmath',
-    }
-    assert not imported_by(*arguments) & heavy
+    slow = {*SLOW_MODULES[1:], 'pandas', 'hypothesis', 'mpmath'}
+    assert not imported_by(*arguments) & slow
 
 
 def test_scenes_lists_each_shipped_scene_with_what_it_is() -> None:
@@ -85,15 +80,6 @@ def test_lists_fit_a_terminal_of_80_columns() -> None:
         said = invoke(*words).stdout
         assert 'Commands:' in said
         assert '...' not in said.partition('Commands:')[2], said
-
-
-def test_a_release_carried_off_the_cam_by_the_roll_is_refused(tmp_path: Path) -> None:
-    scene = tmp_path / 'off.yaml'
-    scene.write_text(OFF_THE_CAM, encoding='utf-8')
-    for result in (invoke('scene', 'check', scene), invoke('sail', scene)):
-        assert result.exit_code == 2
-        assert 'trochlea.release_angle = 3.1' in result.stderr
-        assert result.stdout == ''
 
 
 @pytest.mark.parametrize('arguments', [('nonsense',), ('sail',), ('sail', 'ideal', '--nonsense')])
@@ -139,9 +125,7 @@ def test_a_voyage_that_is_stopped_keeps_a_readable_bag(
         'sys.argv += ["--set", "ship.rate=20.0"]\n'
         'main()\n'
     )
-    run = subprocess.run(
-        [sys.executable, '-c', program], capture_output=True, text=True, check=False
-    )
+    run = python(program)
     assert run.returncode == 128 + number, run.stderr
     assert 'Traceback' not in run.stderr
     held = tmp_path / 'bag.partial' if replaces else bag
@@ -167,9 +151,7 @@ def test_an_interrupt_while_it_starts_ends_without_a_traceback() -> None:
         'from tauto_core.cli import main\n'
         'main()\n'
     )
-    run = subprocess.run(
-        [sys.executable, '-c', program], capture_output=True, text=True, check=False
-    )
+    run = python(program)
     assert run.returncode == -signal.SIGINT
     assert run.stdout == run.stderr == ''
 
@@ -191,9 +173,7 @@ def test_an_interrupt_lost_in_a_callback_ends_a_command() -> None:
         'sys.argv = ["tauto", "scenes"]\n'
         'main()\n'
     )
-    run = subprocess.run(
-        [sys.executable, '-c', program], capture_output=True, text=True, check=False
-    )
+    run = python(program)
     assert (run.returncode, run.stderr) == (128 + signal.SIGINT, 'tauto: interrupted\n')
 
 
@@ -222,17 +202,6 @@ def test_measured_motion_that_breaks_off_is_reported(tmp_path: Path) -> None:
     assert warning in result.stderr
 
 
-def test_measured_motion_that_cannot_be_used_exits_2(tmp_path: Path) -> None:
-    (tmp_path / 'roll.csv').write_text('t_s,roll_deg\n0.0,calm\n')
-    scene = tmp_path / 'mine.yaml'
-    recorded = '{path: roll.csv, time_column: t_s, roll_column: roll_deg}'
-    head = OFF_THE_CAM.partition('ship:')[0]
-    scene.write_text(f'{head}ship: {{kind: recorded, recorded: {recorded}}}\n')
-    said = refused('sail', scene, '--out', tmp_path / 'bag')
-    assert "roll.csv: line 2, roll_deg = 'calm'" in said
-    assert not (tmp_path / 'bag').exists()
-
-
 def test_the_version_and_the_short_help() -> None:
     from tauto_core.version import code, version
 
@@ -251,25 +220,7 @@ def test_quiet_keeps_warnings_to_itself_wherever_it_stands(tmp_path: Path) -> No
     assert quiet.exit_code == 0
     assert quiet.stderr == ''
     assert quiet.stdout.startswith('slip: 20 seconds')
-
-
-def test_quiet_still_says_errors() -> None:
     assert 'no_such_bag' in invoke('replay', 'no_such_bag', '-q').stderr
-
-
-@pytest.mark.parametrize(
-    ('line', 'words'),
-    [
-        ('  inertia: 0,0004', 'has a decimal comma. '),
-        ('  power: {mass: 0,322}', 'Write 0.322 with a decimal point if 0,322 is meant'),
-        ('  cam: {kind: involut}', 'Did you mean involute?'),
-        ('  thread: {kind: virtical}', 'Did you mean vertical?'),
-    ],
-)
-def test_a_slip_of_the_pen_is_answered_with_a_guess(tmp_path: Path, line: str, words: str) -> None:
-    scene = tmp_path / 'slip.yaml'
-    scene.write_text(f'duration: 10.0\ntrochlea:\n{line}\n', encoding='utf-8')
-    assert words in refused('scene', 'check', scene)
 
 
 def test_null_removes_a_key_that_may_be_absent() -> None:
@@ -291,13 +242,10 @@ def test_null_removes_a_key_that_may_be_absent() -> None:
         ('seed=', 'has no value'),
         ("seed=''", 'must be a whole number'),
         ('duration=5', 'duration is given twice'),
-        ('trochlea..release_angle=0.5', 'trochlea..release_angle: has an empty name'),
         ('trochlea.cam=null', 'trochlea.cam: is missing'),
-        ('escapment=null', 'Did you mean `escapement`'),
         ('trochlea.cam.base_radiu=~', 'trochlea.cam.base_radiu: is not a key of'),
         ('voyage.departure=[50.8', "'voyage.departure=[50.8, -1.1]'"),
         ('trochlea.release_angle=0,3', 'Write 0.3.'),
-        ('trochlea.release_angel=0.3', 'Did you mean `release_angle`'),
     ],
 )
 def test_a_wrong_setting_is_refused_before_the_start(

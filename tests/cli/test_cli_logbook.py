@@ -87,10 +87,6 @@ def test_what_cannot_be_written_is_refused(book, asked, what):
     assert what in refused('logbook', book, *asked)
 
 
-def test_a_file_that_is_not_there_is_refused():
-    assert 'no such file' in refused('logbook', 'nowhere.csv')
-
-
 def test_places_far_inland_are_told_and_tracks_drawn(tmp_path):
     file, chart = tmp_path / 'log.csv', tmp_path / 'map.svg'
     file.write_text(
@@ -104,30 +100,9 @@ def test_places_far_inland_are_told_and_tracks_drawn(tmp_path):
     assert 'more than 30 km inland: row 2' in passage['notes']
     assert not any('last entry at sea' in note for note in passage['notes'])
     assert chart.read_text().startswith('<?xml')
+    assert 'no such file' in refused('logbook', 'nowhere.csv')
     asked = ['logbook', str(file), '--plot', str(chart), '--passage', 'A-1']
     assert 'draws all passages' in refused(*asked)
-
-
-@pytest.mark.parametrize(
-    ('longitude', 'note'),
-    [
-        (-9.4, None),  # 11 km off Cape Finisterre, 42.88° N 9.27° W
-        (-10.27, 'last entry at sea, 8'),  # a degree of longitude off it: 81.7 km
-        (-14.0, 'last entry at sea, more than 200 km'),
-    ],
-)
-def test_a_last_entry_that_makes_no_landfall_is_told(tmp_path, longitude, note):
-    file = tmp_path / 'log.csv'
-    file.write_text(
-        'passage,utc,latitude,longitude,wind_from_deg,wind_mps\n'
-        'A-1,1785-08-01T12:00,40.0,-12.0,,\n'
-        f'A-1,1785-08-03T12:00,42.88,{longitude},,\n'
-    )
-    found = invoke('logbook', str(file), '--json')
-    [passage] = json.loads(found.stdout)['passages']
-    told = [each for each in passage['notes'] if 'last entry' in each]
-    assert len(told) == (note is not None)
-    assert note is None or told[0].startswith(note)
 
 
 def test_progress_grows_while_reading_and_making_passages(tmp_path, monkeypatch):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-import numpy as np
 import pytest
 from command_line import invoke
 
@@ -41,33 +40,10 @@ def test_the_stability(bag: Path) -> None:
     assert (stability['samples'], stability['interval_s']) == (241, 10.0)
     rows = stability['rows']
     assert [row['tau_s'] for row in rows] == [10.0, 20.0, 40.0, 80.0, 160.0, 320.0]
-    # white noise of the scene: σ² = q1/τ; 95 % intervals of one clock, so a few may miss
-    true = [np.sqrt(2.0**2 / 86_400.0 / row['tau_s']) for row in rows]
-    for kind in ('allan', 'hadamard'):
-        held = [
-            row[f'{kind}_low'] < x < row[f'{kind}_high'] for row, x in zip(rows, true, strict=True)
-        ]
-        assert sum(held) >= 5
     shown = invoke('replay', bag, '--stability').stdout
     assert 'white FM' in shown
     assert 'τ, s' in shown
     assert '…' not in shown
-
-
-@pytest.mark.parametrize(
-    ('arguments', 'words'),
-    [
-        (('--stability', '--plot', 'x.svg'), 'the stability is drawn by `plot`'),
-        (('--plot=x.svg',), '--plot: the stability is drawn by `plot`'),
-    ],
-)
-def test_what_cannot_be_given_is_refused_first(
-    bag: Path, arguments: tuple[str, ...], words: str
-) -> None:
-    run = invoke('replay', bag, *arguments)
-    assert run.exit_code == 2
-    assert words in run.stderr
-    assert run.stdout == ''
 
 
 def test_observations_that_disagree_are_said_by_sail_and_replay(tmp_path: Path) -> None:

@@ -7,7 +7,6 @@ from typing import Any
 import pytest
 
 from tauto_core.cli.tables import listed, table, voyage_table
-from tauto_core.navigation import grade
 from tauto_core.results import answer, belief_of
 
 RESULT: dict[str, Any] = {
@@ -95,19 +94,6 @@ def test_the_answer_names_the_navigators_sigma_and_its_failure() -> None:
         'covariates'
         not in belief_of({**longitude, 'sigma_nmi': 1e-3}, 'the rate to follow')['belief']
     )
-
-
-@pytest.mark.parametrize(
-    ('miles', 'words'),
-    [
-        (30.0, 'within 30 nmi, worth £20,000'),
-        (30.1, 'within 40 nmi, worth £15,000'),
-        (60.0, 'within 60 nmi, worth £10,000'),
-        (60.1, 'beyond 60 nmi, worth nothing'),
-    ],
-)
-def test_one_scale_of_words_says_how_good(miles: float, words: str) -> None:
-    assert grade(miles).startswith(words)
 
 
 @pytest.mark.parametrize(

@@ -62,11 +62,6 @@ def test_the_lever_arm_rebuilt_from_the_stl(meshes: dict[str, Any], made: Plate)
     arm = 0.25 + np.array([np.max(left @ [math.cos(a), math.sin(a)]) for a in angle])
     wrong = arm - 5.0 * angle
     assert np.max(np.abs(wrong)) < 2.5 * made.tolerance
-    # its cost at 0.5 rad, by first-order perturbation: less than 10 nm all along, 0.22 s/day
-    phase = (np.arange(2000) + 0.5) * (0.25 * math.pi / 1000)
-    at = 0.5 * np.sin(phase)
-    mean = float(np.mean(np.interp(np.abs(at), angle, wrong, left=0.0) * np.abs(at)))
-    assert abs(86400.0 * mean / (5.0 * 0.25)) < 0.22
 
 
 def test_the_step_file_holds_three_named_solids(
