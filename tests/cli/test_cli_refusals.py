@@ -10,171 +10,122 @@ from pathlib import Path
 import pytest
 from command_line import invoke
 
-SCENE_LIST = 'there is no such file or built-in scene. '
-LISTS_SCENES = 'Check its path and name. `tauto scenes` lists the built-in scenes.'
-PICTURES = 'must end in .svg, .png or .pdf. '
-SIZES = 'must be > 0, from 1e-30 to 1e+30. '
-TWICE = 'say the same thing twice. '
-POINTS = 'must be 2 to 1000000 on each cheek. '
-THICKNESS = 'must be ≥ 0 mm. '
-OF_THREAD = 'Give the thickness of the thread, or leave it out'
-
 REFUSALS = {
-    'sail no_such_scene': ('no_such_scene: ', SCENE_LIST, LISTS_SCENES),
+    'sail no_such_scene': (
+        'no_such_scene: | there is no such file or built-in scene. | Check its path and name. '
+        '`tauto scenes` lists the built-in scenes.'
+    ),
     'sail ideal --duration 0': (
-        'ideal: duration = 0.0: ',
-        'must be greater than 0.0 (duration is given, ',
-        'Write `duration: …`',
+        'ideal: duration = 0.0: | must be greater than 0.0 (duration is given, | Write `duration: '
+        '…`'
     ),
-    **{
-        f'{command} --set {key}=1': (
-            f'--set {key}: ',
-            'an argument of the command. ',
-            'See its -h',
-        )
-        for command, key in {
-            'sail ideal': 'out',
-            'fleet ideal': 'scene',
-            'budget ideal': 'anyway',
-            'cam ideal': 'csv',
-            'plot ideal error': 'what',
-            'report ideal': 'source',
-            'scene check ideal': 'progress',
-        }.items()
-    },
-    'fleet ideal --set no.such=false': (
-        "ideal: no = {'such': False}: ",
-        'is not a key',
-        'Keys here',
+    'sail ideal --set out=1': '--set out: | an argument of the command. | See its -h',
+    'fleet ideal --set scene=1': '--set scene: | an argument of the command. | See its -h',
+    'budget ideal --set anyway=1': '--set anyway: | an argument of the command. | See its -h',
+    'cam ideal --set csv=1': '--set csv: | an argument of the command. | See its -h',
+    'plot ideal error --set what=1': '--set what: | an argument of the command. | See its -h',
+    'report ideal --set source=1': '--set source: | an argument of the command. | See its -h',
+    'scene check ideal --set progress=1': (
+        '--set progress: | an argument of the command. | See its -h'
     ),
+    'fleet ideal --set no.such=false': "ideal: no = {'such': False}: | is not a key | Keys here",
     'isochronism globe_in_oil --amplitudes 0.7': (
-        'amplitude 0.7 m: ',
-        'must be > 0 and at most the arc of the cusp, 0.6536771821322',
-        'Use a smaller one',
+        'amplitude 0.7 m: | must be > 0 and at most the arc of the cusp, 0.6536771821322 | Use a '
+        'smaller one'
     ),
     'isochronism sully_lever_at_sea --amplitudes 3': (
-        'amplitude 3.0 rad: ',
-        'must be > 0 and within the range of the machine, ',
-        'Use a smaller one',
+        'amplitude 3.0 rad: | must be > 0 and within the range of the machine, | Use a smaller one'
     ),
-    'design --gravity 0': ('--gravity = 0.0: ', SIZES, 'Check its unit'),
+    'design --gravity 0': '--gravity = 0.0: | must be > 0, from 1e-30 to 1e+30. | Check its unit',
     # their squares would overflow or vanish
     'design --period 1e-300 --inertia 1 --pull 1': (
-        '--period = 1e-300: ',
-        SIZES,
-        'Check its unit',
+        '--period = 1e-300: | must be > 0, from 1e-30 to 1e+30. | Check its unit'
     ),
     'design --disc-weight 1e30 --disc-radius 1e9 --period 1 --pull 1': (
-        'inertia = 5.09858106488',
-        SIZES,
-        'Check its unit',
+        'inertia = 5.09858106488 | must be > 0, from 1e-30 to 1e+30. | Check its unit'
     ),
     'design --disc-is-base --disc-radius 1': (
-        '--disc-is-base ',
-        'makes the radius of the disc the base radius. ',
-        'Leave out --disc-radius and --inertia',
+        '--disc-is-base | makes the radius of the disc the base radius. | Leave out --disc-radius '
+        'and --inertia'
     ),
-    'cam ideal --points 1': ('--points = 1: ', POINTS, 'Leave it out for the default'),
+    'cam ideal --points 1': (
+        '--points = 1: | must be 2 to 1000000 on each cheek. | Leave it out for the default'
+    ),
     'cam cheek_before_euler --reach 4': (
-        '--reach = 4.0 rad: ',
-        'must be > 0 and within the range of the cam, 3.141592653589793 rad. ',
-        'Leave it out for the default',
+        '--reach = 4.0 rad: | must be > 0 and within the range of the cam, 3.141592653589793 rad. '
+        '| Leave it out for the default'
     ),
-    'cam globe_in_oil --reach 1': ('--reach = 1.0 rad: ', 'belongs to a cam', 'Leave it out'),
-    'cam ideal --dxf cam.dxf --thread -1': ('--thread = -1.0: ', THICKNESS, OF_THREAD),
+    'cam globe_in_oil --reach 1': '--reach = 1.0 rad: | belongs to a cam | Leave it out',
+    'cam ideal --dxf cam.dxf --thread -1': (
+        '--thread = -1.0: | must be ≥ 0 mm. | Give the thickness of the thread, or leave it out'
+    ),
     'cam ideal --dxf cam.dxf --thread 0.5 --reach 8': (
-        '--thread = 0.5 mm: ',
-        'beyond 7.99999993 rad the cheek ',
-        'Draw up to there (--reach 7.999992), or use a thinner thread',
+        '--thread = 0.5 mm: | beyond 7.99999993 rad the cheek | Draw up to there (--reach '
+        '7.999992), or use a thinner thread'
     ),
-    'sail jamaica': ('jamaica: ', SCENE_LIST, 'Did you mean portsmouth_jamaica?'),
-    'compare ideal --ship-of nothing': ('nothing: ', SCENE_LIST, LISTS_SCENES),
+    'sail jamaica': (
+        'jamaica: | there is no such file or built-in scene. | Did you mean portsmouth_jamaica?'
+    ),
+    'compare ideal --ship-of nothing': (
+        'nothing: | there is no such file or built-in scene. | Check its path and name. `tauto '
+        'scenes` lists the built-in scenes.'
+    ),
     'compare ideal measured': (
-        'measured ',
-        'does not make the passage of ideal: duration = 600.0 against 86400.0; '
-        'ship.kind = recorded against still; only measured has ship.recorded; '
-        'only measured has voyage; ',
-        'take one passage for all with --ship-of ideal',
+        'measured | does not make the passage of ideal: duration = 600.0 against 86400.0; '
+        'ship.kind = recorded against still; only measured has ship.recorded; only measured has '
+        'voyage; | take one passage for all with --ship-of ideal'
     ),
-    'compare ideal --roll 5,1x': (
-        "--roll = '1x': ",
-        "'x' is not a known unit. ",
-        'Units that fit: deg',
-    ),
+    'compare ideal --roll 5,1x': "--roll = '1x': | 'x' is not a known unit. | Units that fit: deg",
     'compare ideal --roll=-10': (
-        '--roll -10: ',
-        'must be between 0 and 45 degrees, twice the root mean square of the roll. ',
-        'Write for example 0,10,20',
+        '--roll -10: | must be between 0 and 45 degrees, twice the root mean square of the roll. '
+        '| Write for example 0,10,20'
     ),
     'compare ideal --suspension with': (
-        '--suspension with: ',
-        'ideal has no suspension. ',
-        'or use --suspension both',
+        '--suspension with: | ideal has no suspension. | or use --suspension both'
     ),
     'compare ideal --plot nowhere/figure.png': (
-        '--plot nowhere/figure.png: ',
-        'there is no folder nowhere. ',
-        'Make it first',
+        '--plot nowhere/figure.png: | there is no folder nowhere. | Make it first'
     ),
     'fleet ideal --ships 0 --out rows': (
-        '--ships 0: ',
-        'must be between 1 and 100,000. ',
-        'Use for example 200',
+        '--ships 0: | must be between 1 and 100,000. | Use for example 200'
     ),
-    'fleet ideal --jobs 0 --out rows': ('--jobs 0: ', 'must be at least 1. ', 'Use for example 2'),
+    'fleet ideal --jobs 0 --out rows': '--jobs 0: | must be at least 1. | Use for example 2',
     'fleet ideal --vary none.yaml --out rows': (
-        'none.yaml: ',
-        'cannot be read: ',
-        'Name a YAML file with --vary',
+        'none.yaml: | cannot be read: | Name a YAML file with --vary'
     ),
-    'fleet ideal --plot a.gif --out rows': ('--plot a.gif: ', PICTURES, 'Name another file'),
-    'hull': ('no hull is given. ', 'Give --shape (one of sloop, ', '--mesh FILE, or --length'),
-    'hull --length 44': ('--length: ', 'needs --beam, --draught and --block. ', 'Give all four'),
-    'hull --shape sloops': ("shape = 'sloops': ", 'must be one of sloop, ', 'Did you mean sloop?'),
+    'fleet ideal --plot a.gif --out rows': (
+        '--plot a.gif: | must end in .svg, .png or .pdf. | Name another file'
+    ),
+    'hull': 'no hull is given. | Give --shape (one of sloop, | --mesh FILE, or --length',
+    'hull --length 44': '--length: | needs --beam, --draught and --block. | Give all four',
+    'hull --shape sloops': "shape = 'sloops': | must be one of sloop, | Did you mean sloop?",
     'hull --shape sloop --beam 8': (
-        '--shape sloop: ',
-        'fixes the proportions. ',
-        'Leave out --mesh, --beam, --draught and --block, or --shape',
+        '--shape sloop: | fixes the proportions. | Leave out --mesh, --beam, --draught and '
+        '--block, or --shape'
     ),
     'hull --mesh a.stl --length 8': (
-        '--mesh a.stl: ',
-        'has its own sizes. ',
-        'Leave out --length, or --mesh',
+        '--mesh a.stl: | has its own sizes. | Leave out --length, or --mesh'
     ),
     'hull --shape sloop --speed 9': (
-        'speed = 9.0: ',
-        'must be in [0, 4.24] m/s for a hull of 29.4 m',
-        'Sail slower, or a longer hull',
+        'speed = 9.0: | must be in [0, 4.24] m/s for a hull of 29.4 m | Sail slower, or a longer '
+        'hull'
     ),
     'hull --shape sloop --length 440': (
-        'length = 440.0: ',
-        'must be in [2, 400] m. ',
-        'did you mean 44?',
+        'length = 440.0: | must be in [2, 400] m. | did you mean 44?'
     ),
     'hull --shape sloop --roll-damping 8': (
-        '--roll-damping = 8.0: ',
-        'must lie in [0, 1). ',
-        'Leave it out',
+        '--roll-damping = 8.0: | must lie in [0, 1). | Leave it out'
     ),
     'hull --shape sloop --roll-period 0': (
-        '--roll-period = 0.0: ',
-        'must be above 0 s. ',
-        'Leave it out',
+        '--roll-period = 0.0: | must be above 0 s. | Leave it out'
     ),
-    'hull --shape sloop --out mine.txt': (
-        '--out mine.txt: ',
-        'must end in .npz. ',
-        'Name another file',
-    ),
+    'hull --shape sloop --out mine.txt': '--out mine.txt: | must end in .npz. | Name another file',
     'hull --shape sloop --out no/mine.npz': (
-        '--out no/mine.npz: ',
-        'there is no folder no. ',
-        'Make it first',
+        '--out no/mine.npz: | there is no folder no. | Make it first'
     ),
     'scene new --cam involute --thread hole -o a.yaml': (
-        '--cam involute and --thread hole: ',
-        'do not go together. ',
-        'or --thread vertical or lever or hanging',
+        '--cam involute and --thread hole: | do not go together. | or --thread vertical or lever '
+        'or hanging'
     ),
 }
 
@@ -188,7 +139,7 @@ def test_refusals_name_key_and_value_the_limit_and_a_remedy(
     assert run.exit_code == 2
     assert run.stdout == ''
     said = run.stderr.splitlines()[-1]  # `cam` first says how far it draws
-    what, limit, remedy = REFUSALS[command]
+    what, limit, remedy = REFUSALS[command].split(' | ')
     assert said.startswith(f'tauto: {what}')
     assert 0 < said.find(limit) < said.rfind(remedy)
     assert not any(tmp_path.iterdir())

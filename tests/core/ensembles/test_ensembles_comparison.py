@@ -21,31 +21,29 @@ from tauto_core.scene.errors import SceneError
 from tauto_core.ship import ShipMotion
 from tauto_core.voyage import sail
 
-FORCE = """\
-name: {name}
-duration: 1200.0
-trochlea:
-  inertia: 4.0e-4
-  cam: {{kind: hole, lever_rate: 0.010}}
-  thread: {{kind: hole, distance: {distance}}}
-  power: {{kind: force, force: 1.5791367041743}}
-  release_angle: 1.0
-ship: {{kind: components, components: [{{amplitude: 0.1, period: {period}}}], rate: 10.0}}
-clock: {{nominal_period: {nominal}}}
-voyage: {{departure: [50.0, 0.0], arrival: [51.0, 0.0], sails_at: 600.0, arrives_at: 6000.0}}
-drift: {{observation_interval: 60.0, observation_sigma: 0.01, prior_rate_sigma: 1000.0}}
-log: {{interval: 10.0}}
-"""
-
 
 def sail_together(entries):
     return [found['row'] for found in sail_sea(list(enumerate(entries)), None)]
 
 
-def entry(tmp_path, name, distance=0.080, period=9.0, nominal=1.0):
-    path = tmp_path / f'{name}.yaml'
-    path.write_text(FORCE.format(name=name, distance=distance, period=period, nominal=nominal))
-    return make_entries([str(path)])[0]
+def entry(name, distance=0.080, period=9.0, nominal=1.0):
+    waves = [{'amplitude': 0.1, 'period': period}]
+    way = {'departure': [50.0, 0.0], 'arrival': [51.0, 0.0], 'sails_at': 600.0}
+    changed = {
+        'trochlea.thread.distance': distance,
+        'ship': {'kind': 'components', 'components': waves, 'rate': 10.0},
+        'clock.nominal_period': nominal,
+        'voyage': {**way, 'arrives_at': 6000.0},
+        'drift': {
+            'observation_interval': 60.0,
+            'observation_sigma': 0.01,
+            'prior_rate_sigma': 1e3,
+        },
+        'log.interval': 10.0,
+    }
+    return make_entries([load_scene('second_cam_at_sea', name=name, duration=1200.0, **changed)])[
+        0
+    ]
 
 
 def figures(row):
@@ -54,10 +52,9 @@ def figures(row):
 
 
 @pytest.fixture(scope='module')
-def pair(tmp_path_factory):
+def pair():
     """A good clock, and one that resonates with a roll of its own period to the cam's end."""
-    folder = tmp_path_factory.mktemp('pair')
-    return entry(folder, 'good', nominal=1.001), entry(folder, 'off', 0.0125, 1.0)
+    return entry('good', nominal=1.001), entry('off', 0.0125, 1.0)
 
 
 def test_an_event_stops_its_own_clock_alone(pair):

@@ -19,17 +19,11 @@ from tauto_core.ship import ShipMotion
 from tauto_core.ship.imu import attitude
 from tauto_core.ship.motions import Component, ComponentsShip
 
-SHORT = """\
-name: {name}
-duration: {duration}
-trochlea:
-  inertia: 4.0e-4
-  cam: {{kind: hole, lever_rate: 0.010}}
-  thread: {{kind: hole, distance: 0.080}}
-  power: {{kind: force, force: 1.5791367041743}}
-  release_angle: 1.0
-ship: {{kind: components, components: [{{amplitude: {roll}, period: 9.0}}], rate: 10.0}}
-"""
+
+def rolling(name, *, base='second_cam_at_sea', duration=60.0, roll=0.1, **changes):
+    harmonic = {'kind': 'components', 'components': [{'amplitude': roll, 'period': 9.0}]}
+    ship = {**harmonic, 'rate': 10.0}
+    return load_scene(base, name=name, duration=duration, ship=ship, **changes)
 
 
 @pytest.fixture
@@ -38,7 +32,7 @@ def write(tmp_path):
 
     def write(file: str, name: str | None = None, duration: float = 60.0, roll: float = 0.1):
         path = tmp_path / f'{file}.yaml'
-        path.write_text(SHORT.format(name=name or file, duration=duration, roll=roll))
+        path.write_text(scene_yaml(rolling(name or file, duration=duration, roll=roll)))
         return str(path)
 
     return write
@@ -138,16 +132,16 @@ def test_a_bad_duration_names_the_key_before_anything_starts(write):
         make_entries([write('one')], duration=-1.0)
 
 
-def test_a_roll_that_carries_the_release_off_the_cam_is_refused(tmp_path):
-    text = SHORT.format(name='off', duration=60.0, roll=0.01)
-    text = text.replace('{kind: hole, lever_rate: 0.010}', '{kind: weight_corrected, period: 1.0}')
-    text = text.replace('{kind: hole, distance: 0.080}', '{kind: vertical}')
-    text = text.replace('{kind: force, force: 1.5791367041743}', '{kind: weight, mass: 0.3}')
-    path = tmp_path / 'off.yaml'
-    path.write_text(text.replace('release_angle: 1.0', 'release_angle: 5.3'))
-    make_entries([str(path)])
-    with pytest.raises(SceneError, match=r'off\.yaml: trochlea\.release_angle = 5\.3'):
-        make_entries([str(path)], rolls_deg=[30.0])
+def test_a_roll_that_carries_the_release_off_the_cam_is_refused():
+    changed = {
+        'trochlea.cam': {'kind': 'weight_corrected', 'period': 1.0},
+        'trochlea.power.mass': 0.3,
+        'trochlea.release_angle': 5.3,
+    }
+    off = rolling('off', base='involute_weight_at_sea', roll=0.01, **changed)
+    make_entries([off])
+    with pytest.raises(SceneError, match=r'off: trochlea\.release_angle = 5\.3'):
+        make_entries([off], rolls_deg=[30.0])
 
 
 CORK = {

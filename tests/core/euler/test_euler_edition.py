@@ -206,11 +206,6 @@ def test_thread_of_figure_iii_keeps_its_length() -> None:
         assert np.hypot(np.diff(x), np.diff(y)).sum() == pytest.approx(300.0, abs=0.6), turn
 
 
-def test_figure_viii_has_the_loss_of_the_claim_on_xx() -> None:
-    (_, says, _), *_ = _shown(_figure('A', 'VIII'))
-    assert '428 seconds a day' in says
-
-
 def test_descents_of_figure_1_take_the_same_time_on_every_curve() -> None:
     frames = _shown(_figure('B', '1'))
     found = [_numbers(says)[-1] for _, says, _ in frames]

@@ -68,12 +68,8 @@ def test_a_comparison_is_a_sentence_and_a_row_for_each_case() -> None:
     shown = found._repr_html_()
     assert found.answer in unescape(shown)
     cells = [re.findall('<td>(.*?)</td>', row) for row in shown.split('<tr>')[2:]]
-    assert [row[:2] for row in cells] == [
-        ['clock_cheek_weight', 'fixed'],
-        ['clock_cheek_weight', 'hung'],
-        ['clock_own_cam_weight', 'fixed'],
-        ['clock_own_cam_weight', 'hung'],
-    ]
+    names = ('clock_cheek_weight', 'clock_own_cam_weight')
+    assert [row[:2] for row in cells] == [[n, how] for n in names for how in ('fixed', 'hung')]
     assert cells[0][2].startswith('−') == (found.rows[0].rate_s_per_day < 0.0)
 
 
