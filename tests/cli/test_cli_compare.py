@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 import pytest
-from command_line import invoke
+from command_line import invoke, run
 
 from tauto_core.cli.tables import comparison_table, failures
 from tauto_core.ensembles import rows as stored
@@ -58,9 +58,7 @@ STOPPED: dict[str, object] = {
 
 def test_json_is_one_object() -> None:
     # the roll follows from a hull, but can be chosen for a ship of harmonics
-    result = invoke(*CHEAP, '--ship-of', 'cheek_before_euler', '--roll', '0,20', '--json')
-    assert result.exit_code == 0, result.stderr
-    found = json.loads(result.stdout)
+    found = json.loads(run(*CHEAP, '--ship-of', 'cheek_before_euler', '--roll', '0,20', '--json'))
     assert found['duration_s'] == 600.0
     assert [row['roll_deg'] for row in found['rows']] == pytest.approx([0.0, 20.0])
     still, rolling = (row['trace_s'] for row in found['rows'])

@@ -6,25 +6,19 @@ import re
 
 import numpy as np
 import pytest
-from command_line import invoke, refused
+from command_line import invoke, refused, run
 
 import tauto_core as tauto
 
 
-def run(*arguments):
-    result = invoke('design', *map(str, arguments))
-    assert result.exit_code == 0, result.stderr
-    return result.stdout
-
-
 def facts(*arguments):
-    return json.loads(run(*arguments, '--json'))
+    return json.loads(run('design', *arguments, '--json'))
 
 
 def test_paragraph_20_in_scruples():
     """Q = 100 P and a pendulum of 3166 scruples: 63.32, printed 63."""
     euler = ('--disc-is-base', '--disc-weight', '100paris_pound', '--pull', '1paris_pound')
-    lines = run(*euler, '--pendulum', '3166 scruple').splitlines()
+    lines = run('design', *euler, '--pendulum', '3166 scruple').splitlines()
     table = {' '.join(line.split()[:-2]): line.split()[-2:] for line in lines}
     assert table['base radius'] == ['63.32', 'scruple']
     assert table['disc weight'] == ['100', 'paris_pound']
@@ -66,12 +60,12 @@ def test_a_disc_and_what_it_lacks(is_base):
 def test_the_design_is_a_scene_that_keeps_its_period(tmp_path):
     """The toy of 50 g: isochronous without the inertia of the weight, and never replaced."""
     file, toy = tmp_path / 'toy.yaml', ('--period', 2, '--inertia', 9.6e-5, '--pull', '50 g')
-    said = run(*toy, '-o', file)
+    said = run('design', *toy, '-o', file)
     assert 'base radius    0.00193233 m' in said
     found = tauto.isochronism(file, [0.2, 1.0])
     np.testing.assert_allclose(found.period_s, 2.0, rtol=1e-12)
     before = file.read_bytes()
-    assert 'exists, and is not replaced' in refused('design', *map(str, toy), '-o', str(file))
+    assert 'exists, and is not replaced' in refused('design', *toy, '-o', file)
     assert file.read_bytes() == before
     # the cam for the weight, as the file's remark has it
     text = re.sub(r'\n  (cam|power):\n(    .*\n)+', '\n', file.read_text())

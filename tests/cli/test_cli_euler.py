@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from browser import BROWSER, Browser
-from command_line import invoke, refused
+from command_line import invoke, refused, run
 
 from tauto_core.euler import fluid_1729
 from tauto_core.euler.edition import Claim
@@ -23,9 +23,7 @@ CLAIM = Claim('A', 'I', 'a | b', 'x * y', 1.0, 1.0 + 3e-13, 1e-12)
 
 
 def test_json_holds_every_claim_in_order() -> None:
-    result = invoke('euler', '--json')
-    assert result.exit_code == 0, result.stderr
-    printed = json.loads(result.stdout)['claims']
+    printed = json.loads(run('euler', '--json'))['claims']
     claims = all_claims()
     assert [each['claim'] for each in printed] == [claim.said for claim in claims]
     assert [each['paper'] for each in printed] == sorted(each['paper'] for each in printed)
@@ -37,10 +35,9 @@ def test_json_holds_every_claim_in_order() -> None:
 
 def test_the_words_keep_corrections_and_reasons(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv('COLUMNS', '70')
-    result = invoke('euler')
-    assert result.exit_code == 0, result.stderr
-    assert max(map(len, result.stdout.splitlines())) <= 70
-    text = ' '.join(result.stdout.split())
+    result = run('euler')
+    assert max(map(len, result.splitlines())) <= 70
+    text = ' '.join(result.split())
     count = Counter(claim.verdict for claim in all_claims())
     assert f'claims: {count["holds"]} hold as they stand, {count["corrected"]} once cor' in text
     for claim in all_claims():

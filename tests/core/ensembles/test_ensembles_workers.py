@@ -16,6 +16,8 @@ from tauto_core.ensembles import workers
 from tauto_core.ensembles.workers import WorkerError, jobs_for, run_each
 from tauto_core.scene.errors import EstimationError
 
+PIPES = {'capture_output': True, 'text': True}
+
 
 def ports(*pids):
     return {each.laddr for each in psutil.net_connections('inet') if each.pid in pids}
@@ -84,8 +86,8 @@ def test_a_script_without_a_guard_runs_once(tmp_path):
         'ended = run_each(lambda number, tell: number / 2, [1.0, 2.0], 2)\n'
         'print(sorted(each.result for each in ended))\n'
     )
-    command, pipes = [sys.executable, script], {'capture_output': True, 'text': True}
-    done = subprocess.run(command, cwd=tmp_path, check=False, timeout=300, **pipes)
+    command = [sys.executable, script]
+    done = subprocess.run(command, cwd=tmp_path, check=False, timeout=300, **PIPES)
     assert (done.returncode, done.stdout) == (0, 'begins\n[0.5, 1.0]\n'), done.stderr
     assert not (tmp_path / 'hit').exists()
 
@@ -161,14 +163,8 @@ def test_an_interrupt_at_the_start_has_no_traceback(number):
         'except KeyboardInterrupt as error:\n'
         '    print(type(error).__name__)\n'
     )
-    done = subprocess.run(
-        [sys.executable, '-c', script],
-        check=False,
-        capture_output=True,
-        text=True,
-        timeout=300,
-        start_new_session=True,
-    )
+    command, options = [sys.executable, '-c', script], {**PIPES, 'start_new_session': True}
+    done = subprocess.run(command, check=False, timeout=300, **options)
     said = 'KeyboardInterrupt' if number == signal.SIGINT else 'Terminated'
     assert (done.returncode, done.stdout, done.stderr) == (0, f'{said}\n', '')
 
