@@ -6,7 +6,7 @@ import json
 
 import pytest
 from cliwoc import release_21
-from command_line import invoke, refused
+from command_line import refused, run
 
 from tauto_core.scene import load_scene
 
@@ -28,33 +28,24 @@ def book(tmp_path):
 
 
 def test_every_passage_is_listed_with_what_is_doubtful_or_wrong(book):
-    found = json.loads(invoke('logbook', book, '--json').stdout)['passages']
-    one, other = found
-    assert (one['passage'], one['ship'], one['days'], one['entries']) == (
-        'A-1',
-        'La Folle',
-        3.0,
-        3,
-    )
+    one, other = json.loads(run('logbook', book, '--json'))['passages']
+    asked = ('passage', 'ship', 'days', 'entries')
+    assert [one[key] for key in asked] == ['A-1', 'La Folle', 3.0, 3]
     assert one['wind_share'] == pytest.approx(2 / 3)
     *notes, last = one['notes']
     assert notes == ['1 gap of up to 2 days', '1 of 3 entries without a wind']
     assert last.startswith('last entry at sea')
     assert 'row 1 (line 5), wind_mps' in other['problems'][0]
-    said = invoke('logbook', book).stdout
+    said = run('logbook', book)
     assert '2 passages, 1 of them can be sailed' in said
     assert '67%   33%  48° N 7° W, 44° N 10° W   La Folle; 1 gap' in said
     assert '  10° S 79° W, 11° S 80° W  ?; cannot be sailed' in said
-    assert 'cannot be sailed' in said
 
 
 def test_a_scene_of_a_passage_sails_by_itself(book, tmp_path):
     file = tmp_path / 'a1.yaml'
-    asked = ['logbook', book, '--passage', 'A-1', '-o', str(file), '--harbour-days', '1']
-    assert invoke(*asked).exit_code == 0
-    scene = load_scene(str(file))
-    assert scene.voyage is not None
-    assert scene.voyage.log is not None
+    run('logbook', book, '--passage', 'A-1', '-o', file, '--harbour-days', '1')
+    scene = load_scene(file)
     assert scene.voyage.log.ship == 'La Folle'
     assert scene.duration == 4 * 86_400.0 + 60.0
     assert scene.trochlea == load_scene('portsmouth_jamaica').trochlea
@@ -63,15 +54,12 @@ def test_a_scene_of_a_passage_sails_by_itself(book, tmp_path):
 def test_who_sails_a_log_is_told_that_it_makes_no_landfall(book, tmp_path):
     file = str(tmp_path / 'a1.yaml')
     asked = ['logbook', book, '--passage', 'A-1', '--scene', 'second_cam_at_sea', '-o', file]
-    assert invoke(*asked, '--harbour-days', '0').exit_code == 0
+    run(*asked, '--harbour-days', '0')
     light = ['--set', 'log.interval=600', '--set', 'ship.rate=8']
-    found = invoke('sail', file, *light, '--duration', '259800')
-    assert found.exit_code == 0, found.stderr
+    found = run('sail', file, *light, '--duration', '259800')
     # 44.5° N 10° W is 178 km from Punta Candieira, and 170 from Cape Touriñán
-    assert 'The last entry of the log is at sea, 1' in ' '.join(found.stdout.split())
-    shorter = invoke('sail', file, *light, '--duration', '1 h')
-    assert shorter.exit_code == 0, shorter.stderr
-    assert 'last entry' not in shorter.stdout
+    assert 'The last entry of the log is at sea, 1' in ' '.join(found.split())
+    assert 'last entry' not in run('sail', file, *light, '--duration', '1 h')
 
 
 @pytest.mark.parametrize(
@@ -94,14 +82,12 @@ def test_places_far_inland_are_told_and_tracks_drawn(tmp_path):
         'A-1,1785-08-01T12:00,43.6,-8.5,,\n'
         'A-1,1785-08-03T12:00,40.42,-3.7,,\n'
     )
-    found = invoke('logbook', str(file), '--plot', str(chart), '--json')
-    assert found.exit_code == 0, found.stderr
-    [passage] = json.loads(found.stdout)['passages']
+    [passage] = json.loads(run('logbook', str(file), '--plot', str(chart), '--json'))['passages']
     assert 'more than 30 km inland: row 2' in passage['notes']
     assert not any('last entry at sea' in note for note in passage['notes'])
     assert chart.read_text().startswith('<?xml')
     assert 'no such file' in refused('logbook', 'nowhere.csv')
-    asked = ['logbook', str(file), '--plot', str(chart), '--passage', 'A-1']
+    asked = ('logbook', file, '--plot', chart, '--passage', 'A-1')
     assert 'draws all passages' in refused(*asked)
 
 
@@ -118,9 +104,8 @@ def test_progress_grows_while_reading_and_making_passages(tmp_path, monkeypatch)
         return read(file, progress=shares.append)
 
     monkeypatch.setattr(logbook, 'read_passages', reading)
-    outcome = invoke('logbook', str(path), '--json')
-    assert outcome.exit_code == 0, outcome.stderr
-    entries = sum(each['entries'] for each in json.loads(outcome.stdout)['passages'])
+    found = json.loads(run('logbook', path, '--json'))['passages']
+    entries = sum(each['entries'] for each in found)
     assert 19_000 < entries <= 20_020
     # it grows as the file is read, row by row, to a half, and then log by log
     assert shares == sorted(shares)

@@ -14,12 +14,8 @@ RESULT: dict[str, Any] = {
     'duration_s': 7_000_000.0,
     'trochlea': {'period_s': 1.0},
     'clock': {'reading_s': 6_999_994.9, 'error_s': -5.1, 'rate_s_per_day': -0.0629},
-    'drift': {
-        'offset_s': -5.0,
-        'offset_sigma_s': 0.4,
-        'rate_s_per_day': 0.25,
-        'rate_sigma_s_per_day': 0.01,
-    },
+    'drift': {'offset_s': -5.0, 'offset_sigma_s': 0.4}
+    | {'rate_s_per_day': 0.25, 'rate_sigma_s_per_day': 0.01},
     'longitude': {
         'raw_error_arcmin': 1.275,
         'raw_error_nmi': 1.2126,

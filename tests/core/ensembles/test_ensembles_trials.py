@@ -227,9 +227,8 @@ def test_wrong_passages_are_listed_or_left_out(tmp_path):
     one, three, how = refused.value.problems
     assert one.key == 'passage 17700101-1, row 2 (line 3), wind_mps'
     assert three.key == 'passage 17910701-3, row 1 (line 8), wind_from_deg'
-    assert how.text == (
-        '2 passages cannot be sailed. Correct them, or leave them out with skip_wrong=True.'
-    )
+    said = '2 passages cannot be sailed. Correct them, or leave them out with skip_wrong=True.'
+    assert how.text == said
     found = made(tmp_path, text=THREE_WRONG, skip_wrong=True)
     assert [each.name for each in found.passages] == ['17700101-2']
     assert found.left_out == (('17700101-1', one), ('17910701-3', three))
@@ -243,9 +242,8 @@ def test_wrong_passages_are_listed_or_left_out(tmp_path):
 def test_a_background_swell_is_on_every_passage(tmp_path):
     path = write_log(tmp_path)
     swell = {'significant_wave_height': 1.5, 'peak_period': 11.0, 'waves_to': 0.0}
-    own = load_scene(
-        'esperance_to_the_cape', **{'ship.weather.background_swell': swell, 'air': ABSENT}
-    )
+    changed = {'ship.weather.background_swell': swell, 'air': ABSENT}
+    own = load_scene('esperance_to_the_cape', **changed)
     tried = TriedClock('own', own.name, trials._content(own, 'own'))
     *_, passage = read_passages(path)
     scene = Trial(path, (tried,), own.seed, 14.0).scene(tried, passage)
@@ -275,17 +273,9 @@ def sailed(number, days=50, latitude=0.0, longitude=-30.0, month=1):
 
 
 def error_row(number, name, error, **more):
-    return {
-        'ship': number,
-        'clock': 'made',
-        'passage': name,
-        'raw_error_nmi': 2.0 * error,
-        'error_nmi': error,
-        'sensed_error_nmi': 0.1 * error,
-        'stopped_s': None,
-        'failure': None,
-        **more,
-    }
+    errors = {'raw_error_nmi': 2.0 * error, 'error_nmi': error, 'sensed_error_nmi': 0.1 * error}
+    ends = {'stopped_s': None, 'failure': None}
+    return {'ship': number, 'clock': 'made', 'passage': name, **errors, **ends, **more}
 
 
 def of(passages, **more):
@@ -309,12 +299,9 @@ def test_shares_count_those_that_failed_or_stopped_as_outside():
 
 
 def test_short_passages_are_not_judged_and_parts_add_up():
-    passages = [
-        sailed(0, days=30),
-        sailed(1, month=1, latitude=40.0),
-        sailed(2, month=6, latitude=40.0),
-        sailed(3, month=6, latitude=-40.0, longitude=60.0),
-    ]
+    northern = [sailed(k, month=month, latitude=40.0) for k, month in ((1, 1), (2, 6))]
+    southern = sailed(3, month=6, latitude=-40.0, longitude=60.0)
+    passages = [sailed(0, days=30), *northern, southern]
     rows = [error_row(k, each.name, 10.0 * (k + 1)) for k, each in enumerate(passages)]
     found = answers_of(of(passages), rows)
     assert (found.passages, found.judged) == (4, 3)
@@ -323,10 +310,8 @@ def test_short_passages_are_not_judged_and_parts_add_up():
         ('December to February', 1, [1, 1, 1]),
         ('June to August', 2, [1, 2, 2]),
     ]
-    assert [(each.name, each.median_nmi) for each in way.oceans] == [
-        ('Indian Ocean', 40.0),
-        ('North Atlantic', 25.0),
-    ]
+    medians = {each.name: each.median_nmi for each in way.oceans}
+    assert medians == {'Indian Ocean': 40.0, 'North Atlantic': 25.0}
     # cut to three weeks at sea there is no verdict
     short = answers_of(of(passages, longest_s=35 * 86400.0), rows)
     assert (short.judged, short.clocks[0].ways['raw'].prizes) == (0, [])
