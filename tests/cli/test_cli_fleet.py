@@ -1,5 +1,7 @@
 """`tauto fleet`: the answer first, shares, quantiles, influences. All of it as JSON."""
 
+from dataclasses import replace
+
 import pytest
 from command_line import invoke
 
@@ -24,21 +26,10 @@ def vary(tmp_path):
 
 
 def answers(**changes):
-    figures = {
-        'ships': 20,
-        'failures': {},
-        'unchecked_days': (81.0, 81.0),
-        'within': {
-            clock: [Portion(limit, 18, 0.9, 0.699, 0.972) for limit in (30.0, 40.0, 60.0)]
-            for clock in ('raw', 'corrected')
-        },
-        'quantiles_nmi': {
-            'raw': [1e-3, 2e-3, 3e-3, 0.5, 1.25],
-            'corrected': [1.0, 5.0, 10.2, 20.0, 31.23],
-        },
-        'influences': [],
-    }
-    return Answers(**(figures | changes))
+    shares = [Portion(limit, 18, 0.9, 0.699, 0.972) for limit in (30.0, 40.0, 60.0)]
+    raw, corrected = [1e-3, 2e-3, 3e-3, 0.5, 1.25], [1.0, 5.0, 10.2, 20.0, 31.23]
+    within, quantiles = {'raw': shares, 'corrected': shares}, {'raw': raw, 'corrected': corrected}
+    return replace(Answers(20, {}, (81.0, 81.0), within, quantiles, []), **changes)
 
 
 def test_a_long_voyage_is_judged_and_a_short_one_is_not():
@@ -58,12 +49,8 @@ def test_a_long_voyage_is_judged_and_a_short_one_is_not():
 
 
 def test_a_fleet_of_which_no_ship_arrived_is_not_judged():
-    none = answers(
-        within=None,
-        unchecked_days=None,
-        failures={'slack': 20},
-        quantiles_nmi={'raw': None, 'corrected': None},
-    )
+    lost = {'failures': {'slack': 20}, 'quantiles_nmi': {'raw': None, 'corrected': None}}
+    none = answers(within=None, unchecked_days=None, **lost)
     assert none.answer == 'None of 20 ships arrived.'
     assert len(fleet_tables(none)) == 1
 

@@ -15,9 +15,7 @@ SCENE = load_scene('involute_weight_at_sea', duration=60.0)
 def plan(ships=50, **draws):
     """Return a fleet. Keys have two underscores for a point."""
     said = {key.replace('__', '.'): draw for key, draw in draws.items()}
-    return Plan(
-        SCENE, 'involute_weight_at_sea', ships, as_draws(said, 'vary.yaml', SCENE), 'vary.yaml'
-    )
+    return Plan(SCENE, SCENE.name, ships, as_draws(said, 'vary.yaml', SCENE), 'vary.yaml')
 
 
 def drawn(key, ships, **draw):
@@ -51,13 +49,11 @@ def test_a_list_is_drawn_evenly():
 
 
 def test_more_ships_and_more_keys_change_nothing_of_the_others():
-    few = plan(3, trochlea__release_angle={'kind': 'uniform', 'low': 0.8, 'high': 1.2})
+    key, release = 'trochlea.release_angle', {'kind': 'uniform', 'low': 0.8, 'high': 1.2}
+    few = plan(3, **{key: release})
     more = plan(
-        30,
-        ship__sea__peak_period={'kind': 'list', 'values': [8.0, 9.0]},
-        trochlea__release_angle={'kind': 'uniform', 'low': 0.8, 'high': 1.2},
+        30, ship__sea__peak_period={'kind': 'list', 'values': [8.0, 9.0]}, **{key: release}
     )
-    key = 'trochlea.release_angle'
     for number in range(3):
         assert few.ship(number).drawn[key] == more.ship(number).drawn[key]
         assert few.ship(number).scene.seed == more.ship(number).scene.seed

@@ -66,10 +66,8 @@ def test_processes_give_the_rows_of_one(alone, tmp_path, monkeypatch):
     assert told[-1] == pytest.approx(6.0)
     table = pq.read_table(tmp_path / 'fleet' / 'ships.parquet')
     assert lasting(table.to_pylist()) == lasting(alone.rows)
-    assert sorted(file.name for file in (tmp_path / 'fleet').iterdir()) == [
-        'fleet.yaml',
-        'ships.parquet',
-    ]
+    files = {file.name for file in (tmp_path / 'fleet').iterdir()}
+    assert files == {'fleet.yaml', 'ships.parquet'}
 
 
 def test_a_fleet_goes_on_where_it_was(alone, tmp_path, monkeypatch):
@@ -170,11 +168,9 @@ def test_a_folder_has_one_fleet_at_a_time(alone, tmp_path, monkeypatch):
 def test_a_ship_that_fails_is_a_row(tmp_path):
     """A roll of the wheel's own period carries it beyond the end of its cam."""
     key = 'ship.components.0.period'
-    scene = load_scene(
-        NAME,
-        duration=600.0,
-        ship={'kind': 'components', 'rate': 10.0, 'components': [{'amplitude': 0.1, 'period': 5}]},
-    )
+    waves = [{'amplitude': 0.1, 'period': 5}]
+    ship = {'kind': 'components', 'rate': 10.0, 'components': waves}
+    scene = load_scene(NAME, duration=600.0, ship=ship)
     vary = as_draws({key: {'kind': 'list', 'values': [1.0, 9.0]}}, 'vary.yaml', scene)
     fleet = sail_fleet(Plan(scene, NAME, 6, vary), 1, tmp_path / 'fleet')
     failed = [row for row in fleet.rows if row['failure'] is not None]
@@ -184,9 +180,8 @@ def test_a_ship_that_fails_is_a_row(tmp_path):
     assert all('cam' in row['failure'] for row in failed)
     assert fleet.answers.ships == 6
     assert sum(fleet.answers.failures.values()) == len(failed)
-    assert lasting(pq.read_table(tmp_path / 'fleet' / 'ships.parquet').to_pylist()) == lasting(
-        fleet.rows
-    )
+    kept = pq.read_table(tmp_path / 'fleet' / 'ships.parquet').to_pylist()
+    assert lasting(kept) == lasting(fleet.rows)
 
 
 def test_nothing_starts_where_a_draw_is_no_scene(tmp_path):
@@ -246,14 +241,8 @@ def test_a_full_disk_is_named_and_keeps_what_came_in(alone, tmp_path, monkeypatc
 
 
 def row(number, error, **values):
-    return {
-        'ship': number,
-        'raw_error_nmi': 2.0 * error,
-        'error_nmi': error,
-        'unchecked_days': 42.0,
-        'failure': None,
-        'stopped_s': None,
-    } | values
+    errors = {'raw_error_nmi': 2.0 * error, 'error_nmi': error, 'unchecked_days': 42.0}
+    return {'ship': number, **errors, 'failure': None, 'stopped_s': None} | values
 
 
 def test_shares_have_wilsons_interval():
