@@ -86,10 +86,8 @@ def test_the_answer_names_the_navigators_sigma_and_its_failure() -> None:
     # five of them are no refutation, and the rate equation is no remedy to who has it
     five = belief_of({**longitude, 'error_nmi': 5.0, 'sigma_nmi': 1.0}, assumes)
     assert five['model_holds']
-    assert (
-        'covariates'
-        not in belief_of({**longitude, 'sigma_nmi': 1e-3}, 'the rate to follow')['belief']
-    )
+    equation = belief_of({**longitude, 'sigma_nmi': 1e-3}, 'the rate to follow')
+    assert 'covariates' not in equation['belief']
 
 
 @pytest.mark.parametrize(
@@ -108,10 +106,8 @@ def test_the_sentence_says_how_long_the_clock_was_alone(
 
 def test_what_tells_no_longitude_says_so() -> None:
     assert answer({}).startswith('The longitude is not known')
-    stopped = {
-        **RESULT,
-        'trochlea': {'period_s': 1.0, 'stopped_s': 90.0, 'stopped_why': 'its swing had died away'},
-    }
+    trochlea = {'period_s': 1.0, 'stopped_s': 90.0, 'stopped_why': 'its swing had died away'}
+    stopped = {**RESULT, 'trochlea': trochlea}
     assert answer(stopped).startswith('The clock stopped after 90 seconds')
 
 
@@ -128,36 +124,23 @@ def test_figures_are_signed_and_have_their_units_apart() -> None:
 
 
 def test_the_estimate_is_compared_with_the_truth_in_its_row() -> None:
-    """The rate against the mean of the run; of the time since the filter was reopened; with
-    covariates of the voyage.
-    """
+    """The mean of the run, since the filter was reopened, or of the voyage with covariates."""
     drift = 'drift, estimated ± its standard deviation'
-    wrong = {
-        'offset_error_sigmas': 0.25,
-        'rate_error_sigmas': -31.29,
-        'rate_compared_from_s': 0.0,
-        'rate_compared_s_per_day': 0.5629,
-    }
-    found = rows({**RESULT, 'drift': {**RESULT['drift'], **wrong}})
-    assert found[drift, 'error of the offset'] == ['+0.25', 'σ']
-    assert found[drift, 'error of the rate, mean of the run'] == ['−31', 'σ']
+    wrong = {**RESULT['drift'], 'offset_error_sigmas': 0.25, 'rate_error_sigmas': -31.29}
+    wrong |= {'rate_compared_from_s': 0.0, 'rate_compared_s_per_day': 0.5629}
     reopened = {**wrong, 'rate_compared_from_s': 36.2 * 86_400.0}
-    found = rows({**RESULT, 'drift': {**RESULT['drift'], **reopened}})
-    assert found[drift, 'error of the rate, mean after 36.2 days'] == ['−31', 'σ']
-    mean = {'mean_rate_s_per_day': 1.0, 'mean_rate_sigma_s_per_day': 0.1}
-    found = rows({**RESULT, 'drift': {**RESULT['drift'], **reopened, **mean}})
-    assert found[drift, 'error of the rate, mean of the voyage'] == ['−31', 'σ']
+    mean = {**reopened, 'mean_rate_s_per_day': 1.0, 'mean_rate_sigma_s_per_day': 0.1}
+    cases = {'mean of the run': wrong, 'mean after 36.2 days': reopened}
+    for name, estimate in {**cases, 'mean of the voyage': mean}.items():
+        found = rows({**RESULT, 'drift': estimate})
+        assert found[drift, 'error of the offset'] == ['+0.25', 'σ']
+        assert found[drift, f'error of the rate, {name}'] == ['−31', 'σ']
 
 
 def test_the_worst_error_names_the_time_in_which_it_is_the_worst() -> None:
     """The clock is rated in port, and was further off before."""
-    worst = {
-        'worst_since_s': 300.0,
-        'worst_error_nmi': 0.1209,
-        'worst_at_s': 324.0,
-        'worst_raw_error_nmi': 0.0992,
-        'worst_raw_at_s': 592.0,
-    }
+    worst = {'worst_since_s': 300.0, 'worst_error_nmi': 0.1209, 'worst_at_s': 324.0}
+    worst |= {'worst_raw_error_nmi': 0.0992, 'worst_raw_at_s': 592.0}
     group = 'longitude, error'
     found = rows({'longitude': {**RESULT['longitude'], **worst}})
     assert found[group, 'worst after 5 minutes, corrected, at 5.4 minutes'] == ['0.12', 'nmi']
@@ -181,19 +164,9 @@ def test_a_trial_is_paid_at_each_landfall() -> None:
 
 
 def test_a_voyage_too_short_for_the_act_is_projected() -> None:
-    short = {
-        **RESULT['longitude'],
-        'prize_pounds': None,
-        'projection': [
-            {
-                'days': 42.0,
-                'raw_error_nmi': 468.4,
-                'raw_sigma_nmi': 323.0,
-                'error_nmi': -12.3,
-                'sigma_nmi': 97.1,
-            }
-        ],
-    }
+    ahead = {'days': 42.0, 'raw_error_nmi': 468.4, 'raw_sigma_nmi': 323.0}
+    ahead |= {'error_nmi': -12.3, 'sigma_nmi': 97.1}
+    short = {**RESULT['longitude'], 'prize_pounds': None, 'projection': [ahead]}
     text = voyage_table({'longitude': short})
     assert '£' not in text
     assert 'none: unchecked for less than six weeks' in text
@@ -202,7 +175,7 @@ def test_a_voyage_too_short_for_the_act_is_projected() -> None:
     assert found[verdict, 'projected to 42 days unchecked, corrected'] == ['−12 ± 97', 'nmi']
     by_the_dial = 'projected to 42 days unchecked, by the dial'
     assert found[verdict, by_the_dial] == ['+470 ± 320', 'nmi']
-    short['projection'][0].update(raw_error_nmi=None, raw_sigma_nmi=None)
+    ahead.update(raw_error_nmi=None, raw_sigma_nmi=None)
     short['not_projected'] = f'the dial cannot be projected: {"it never forgets, " * 9}and wanders'
     without = voyage_table({'longitude': short})
     assert by_the_dial not in without
@@ -213,12 +186,9 @@ def test_a_voyage_too_short_for_the_act_is_projected() -> None:
 
 def test_no_row_wraps_at_80_columns_nor_the_path_of_the_bag() -> None:
     long = 'x' * 300
-    wide = {
-        **RESULT,
-        'bag': long,
-        'counts': {'/a/rather/long/namespace/trochlea/joint_states': 8_208_061},
-        'clock': {'error_s': -123_456.789, 'rate_s_per_day': -1.234567e-9},
-    }
+    counts = {'/a/rather/long/namespace/trochlea/joint_states': 8_208_061}
+    clock = {'error_s': -123_456.789, 'rate_s_per_day': -1.234567e-9}
+    wide = {**RESULT, 'bag': long, 'counts': counts, 'clock': clock}
     text = voyage_table(wide)
     assert f'Bag: {long}' in text
     labels = [line for line in text.splitlines() if line.startswith('  ') and line.strip()]

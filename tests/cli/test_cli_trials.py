@@ -18,10 +18,8 @@ def run(*arguments):
 
 
 def answers():
-    prizes = [
-        Prize(limit, pounds, 9, 0.9, 0.6, 0.98)
-        for limit, pounds in ((30.0, 20_000), (40.0, 15_000), (60.0, 10_000))
-    ]
+    sums = ((30.0, 20_000), (40.0, 15_000), (60.0, 10_000))
+    prizes = [Prize(limit, pounds, 9, 0.9, 0.6, 0.98) for limit, pounds in sums]
     parts = [Part('Indian Ocean', 10, [9, 9, 9], 12.0)]
     way = WayAnswers(prizes, [1.0, 2.0, 3.0, 4.0, 5.0], parts, parts)
     ways = {'raw': way, 'corrected': way, 'sensed': way}

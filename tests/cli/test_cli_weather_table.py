@@ -7,18 +7,10 @@ from tauto_core.cli.tables import ROWS, weather_table, weather_words
 
 
 def weather(count: int) -> dict[str, Any]:
-    states: list[dict[str, Any]] = [
-        {
-            'at_s': 21_600.0 * k,
-            'significant_wave_height_m': 1.0 + 0.1 * k,
-            'peak_period_s': 8.0,
-            'heading_rad': 6.0 if k % 2 else 0.5,
-            'speed_m_s': 1.5,
-        }
-        for k in range(count)
-    ]
-    calm: dict[str, Any] = {'significant_wave_height_m': 0.0, 'peak_period_s': None}
-    states[0] |= {**calm, 'heading_rad': None, 'speed_m_s': None}
+    names = ('significant_wave_height_m', 'peak_period_s', 'heading_rad', 'speed_m_s', 'at_s')
+    rows = [(1.0 + 0.1 * k, 8.0, 6.0 if k % 2 else 0.5, 1.5, 21_600.0 * k) for k in range(count)]
+    calm = (0.0, None, None, None, 0.0)
+    states = [dict(zip(names, row, strict=True)) for row in [calm, *rows[1:]]]
     facts = {'kind': 'climate', 'seed': 7, 'seas_at_once': 1.85, 'highest_m': 5.0, 'median_m': 2.0}
     return {**facts, 'states': states}
 

@@ -176,10 +176,8 @@ def test_a_part_is_asked_for_by_its_beginning_its_end_or_both(stormy: tauto.Voya
 
 def test_roughest_part_has_the_largest_logged_motion() -> None:
     """Two harmonics of nearly one period beat: the greatest roll is half a beat from the end."""
-    beat = [
-        {'amplitude': 0.05, 'period': 9.0},
-        {'amplitude': 0.05, 'period': 9.027, 'phase': 3.1416},
-    ]
+    one = {'amplitude': 0.05, 'period': 9.0}
+    beat = [one, {**one, 'period': 9.027, 'phase': 3.1416}]
     ship = {'kind': 'components', 'components': beat, 'height': 0.0}
     voyage = tauto.sail('second_cam_at_sea', duration=3000.0, ship=ship)
     found = chart(voyage, 'roll')
@@ -191,11 +189,8 @@ def test_roughest_part_has_the_largest_logged_motion() -> None:
 
 def test_the_weather_is_that_of_the_scene(stormy: tauto.Voyage) -> None:
     height, period, heading = chart(stormy, 'weather').panels
-    assert [panel.y_label for panel in (height, period, heading)] == [
-        'significant height [m]',
-        'peak period [s]',
-        'heading [°]',
-    ]
+    labels = [panel.y_label for panel in (height, period, heading)]
+    assert labels == ['significant height [m]', 'peak period [s]', 'heading [°]']
     (line,) = height.lines
     assert (line.x[0], line.x[-1]) == (0.0, 50.0)
     # half way between two seas the squares of their heights have equal parts

@@ -18,16 +18,9 @@ def passage(name, longitudes):
 
 def row(name, errors, failure=None):
     end = None if failure else errors[-1]
-    return {
-        'clock': 'made',
-        'passage': name,
-        'raw_error_nmi': end,
-        'error_nmi': end,
-        'sensed_error_nmi': end,
-        'noon_error_nmi': errors,
-        'stopped_s': None,
-        'failure': failure,
-    }
+    ends = dict.fromkeys(('raw_error_nmi', 'error_nmi', 'sensed_error_nmi'), end)
+    row = {'clock': 'made', 'passage': name, 'noon_error_nmi': errors, **ends}
+    return {**row, 'stopped_s': None, 'failure': failure}
 
 
 def test_each_leg_has_the_colour_of_the_error_at_its_end():
@@ -36,10 +29,8 @@ def test_each_leg_has_the_colour_of_the_error_at_its_end():
         passage('17700101-1', [170.0, 175.0, -180.0, -175.0]),
         passage('17700101-2', [-30.0, -31.0, -32.0]),
     )
-    rows = [
-        row('17700101-1', [0.0, 2.0, -20.0, 5000.0]),
-        row('17700101-2', [0.0, 40.0], 'it failed'),
-    ]
+    one = row('17700101-1', [0.0, 2.0, -20.0, 5000.0])
+    rows = [one, row('17700101-2', [0.0, 40.0], 'it failed')]
     clocks = (TriedClock('made.yaml', 'made', {'ship': {}}),)
     trial = Trial('log.csv', clocks, 0, 14.0, passages=passages)
     chart, errors, *_ = trial_figure(trial, rows, answers_of(trial, rows)).axes
