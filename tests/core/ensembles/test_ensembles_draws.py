@@ -88,7 +88,7 @@ def test_a_ship_that_cannot_be_is_refused_with_key_and_remedy(draws, said):
     [
         ('trochlea.cam.base_radiu', 'Did you mean `base_radius`'),
         ('trochlae.cam.base_radius', 'Did you mean `trochlea`'),
-        ('ship.kind.x', 'ship.kind.x: there is no such key in the scene. Name a key'),
+        ('ship.kind.x', "ship.kind.x: there is no such key in the scene: ship.kind is '"),
         ('trochlea..release_angle', 'trochlea..release_angle: has an empty name. Write names'),
         ('', "'': has an empty name. Write names"),
     ],
