@@ -1,7 +1,5 @@
 """The kinds of a scene's sections are found in their folders. The reference has all of them."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

@@ -1,7 +1,5 @@
 """Round trips, paths, shipped scenes. Any text gives a scene or its refusal."""
 
-from __future__ import annotations
-
 import copy
 import hashlib
 import math
@@ -104,9 +102,7 @@ def test_overrides_replace_what_the_file_says() -> None:
     assert load_scene('measured', seed=3).seed == 3
 
 
-def test_relative_paths_start_at_the_scene(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_relative_paths_start_at_the_scene(tmp_path, monkeypatch):
     content = yaml.safe_load(scene_yaml(load_scene('measured')))
     content['ship']['recorded']['path'] = 'data/roll.csv'
     content['trochlea']['cam'] = {'kind': 'table', 'path': '../cam.csv'}

@@ -1,7 +1,5 @@
 """Valid scenes: times, defaults, threads, numbers."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import pytest
@@ -123,9 +121,7 @@ def test_nanoseconds_are_those_of_the_decimal(ns: int, digits: int) -> None:
         ('{kind: table, path: cam.csv}', {'vertical', 'hole'}),
     ],
 )
-def test_each_cam_goes_with_its_threads_under_any_power(
-    cam: str, threads: set[str], power: str
-) -> None:
+def test_each_cam_goes_with_its_threads_under_any_power(cam, threads, power):
     accepted = {
         kind
         for kind, thread in THREADS.items()

@@ -1,7 +1,5 @@
 """Keys of a scene by their paths: reading, setting, and data files."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 
@@ -61,17 +59,13 @@ def test_an_override_equals_a_changed_file(tmp_path: Path) -> None:
         ('duration.minutes', 7.0, 'duration.minutes', 'no such key'),
     ],
 )
-def test_a_refused_value_names_the_path_that_gave_it(
-    path: str, value: object, key: str, words: str
-) -> None:
+def test_a_refused_value_names_the_path_that_gave_it(path, value, key, words):
     with pytest.raises(SceneError, match=words) as caught:
         load_scene('involute_weight_at_sea', **{path: value})
     assert key in [each.key for each in caught.value.problems]
 
 
-def test_data_that_are_given_lie_in_the_working_directory(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_data_that_are_given_lie_in_the_working_directory(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / 'arm.csv').write_text('angle_rad,lever_arm_m\n0,0\n1,0.005\n2,0.01\n')
     scene = load_scene('measured', **{'trochlea.cam': {'kind': 'table', 'path': 'arm.csv'}})

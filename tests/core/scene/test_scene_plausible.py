@@ -1,7 +1,5 @@
 """Warnings of values in the wrong unit, and refusals. Built-in scenes cause no warning."""
 
-from __future__ import annotations
-
 import copy
 from collections.abc import Callable
 from dataclasses import replace
@@ -58,9 +56,7 @@ def test_nothing_that_ships_is_doubted(name: str) -> None:
 
 
 @pytest.mark.parametrize(('name', 'key', 'value', 'limit', 'slip', 'meant'), SLIPS)
-def test_a_slip_of_the_unit_names_key_value_limit_and_remedy(
-    name: str, key: str, value: float, limit: str, slip: str, meant: str
-) -> None:
+def test_a_slip_of_the_unit_names_key_value_limit_and_remedy(name, key, value, limit, slip, meant):
     [said] = implausible(changed(name, key, value))
     assert said.startswith(f'{key} = {value:g}: ')
     for words in (limit, slip, f': {meant}' if meant else ''):
@@ -91,9 +87,7 @@ SAFE = [
 
 
 @pytest.mark.parametrize(('name', 'key', 'value'), BEYOND)
-def test_a_machine_or_ship_beyond_all_that_are_known_is_refused(
-    name: str, key: str, value: float
-) -> None:
+def test_a_machine_or_ship_beyond_all_that_are_known_is_refused(name, key, value):
     with pytest.raises(SceneError) as refused:
         check_known(changed(name, key, value))
     assert (refused.value.key, refused.value.value) == (key, value)
@@ -132,16 +126,11 @@ def heavy(folder: Path) -> Path:
     return file
 
 
-COMMANDS = [
-    ('sail',),
-    ('plot', 'error', '--out', 'error.svg'),
-]
+COMMANDS = [('sail',), ('plot', 'error', '--out', 'error.svg')]
 
 
 @pytest.mark.parametrize('command', COMMANDS, ids=lambda command: command[0])
-def test_commands_refuse_it_without_anyway(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, command: tuple[str, ...]
-) -> None:
+def test_commands_refuse_it_without_anyway(tmp_path, monkeypatch, command):
     monkeypatch.chdir(tmp_path)
     name, *options = command
     words = [name, str(heavy(tmp_path)), *options]

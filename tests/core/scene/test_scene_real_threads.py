@@ -1,7 +1,5 @@
 """Scenes with Sully's lever or a swinging thread: compatible and incompatible parts."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest
@@ -71,9 +69,7 @@ def test_they_survive_the_round_trip(kind: str) -> None:
         ),
     ],
 )
-def test_what_does_not_go_with_them(
-    kind: str, sections: dict[str, Any], key: str, said: str
-) -> None:
+def test_what_does_not_go_with_them(kind, sections, key, said):
     with pytest.raises(SceneError) as caught:
         scene_of(THREADS[kind], **sections)
     assert caught.value.key.endswith(key)

@@ -1,7 +1,5 @@
 """Every bad scene is refused before anything starts, with file, key, value, limit and remedy."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 from typing import Any
@@ -409,9 +407,7 @@ def test_a_wrong_covariate_is_refused_once_with_the_nearest_name() -> None:
         ({'ship.hull': {'shape': 'sloop', 'length': 440.0}}, 'ship.hull.length', 'mean 44'),
     ],
 )
-def test_a_ship_of_a_passage_is_refused_by_her_own_key(
-    change: dict[str, Any], key: str, said: str
-) -> None:
+def test_a_ship_of_a_passage_is_refused_by_her_own_key(change, key, said):
     with pytest.raises(SceneError, match=said) as caught:
         ShipMotion(load_scene('portsmouth_jamaica', **change))
     assert caught.value.key == key

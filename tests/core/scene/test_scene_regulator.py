@@ -1,7 +1,5 @@
 """The regulator in a fluid: compatible and incompatible sections."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import pytest
@@ -52,9 +50,7 @@ def test_a_ship_that_moves_is_refused() -> None:
         ({'kind': 'pendulum'}, 'kind', 'fluid_tautochrone'),
     ],
 )
-def test_what_makes_no_regulator_is_refused(
-    regulator: dict[str, Any], key: str, said: str
-) -> None:
+def test_what_makes_no_regulator_is_refused(regulator, key, said):
     error = refusal(regulator)
     assert error.key == f'regulator.{key}'
     assert said in str(error)

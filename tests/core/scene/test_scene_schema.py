@@ -1,7 +1,5 @@
 """The JSON schema follows from the models, and accepts the same scenes."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

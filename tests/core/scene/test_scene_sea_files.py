@@ -128,10 +128,7 @@ def test_bad_spectra_are_refused(tmp_path: Path, text: str, message: str) -> Non
         ({'frequency': [0.1, 0.2], 'energy_density': [0.0, 0.0]}, r'the spectrum is empty'),
         ({'frequency': [0.1, 0.2], 'energy_density': [1.0, -1.0]}, r'density\[1\] = -1\.0'),
         ({'frequency': [0.1, 0.2]}, r'sea\.energy_density: is missing'),
-        (
-            {'peak_period': 9.0},
-            r'is not a key of spectrum table',
-        ),
+        ({'peak_period': 9.0}, r'is not a key of spectrum table'),
     ],
 )
 def test_bad_tables_are_refused(keys: dict[str, object], message: str) -> None:

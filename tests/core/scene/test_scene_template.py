@@ -1,7 +1,5 @@
 """`new_scene`: every combination of kinds makes a scene that runs, with every key explained."""
 
-from __future__ import annotations
-
 import re
 from itertools import product
 

@@ -1,7 +1,5 @@
 """Numbers with a unit in words, in scenes, overrides and options."""
 
-from __future__ import annotations
-
 import json
 import math
 

@@ -1,7 +1,5 @@
 """Weather in scene files: records of buoys, their gaps, and refusals."""
 
-from __future__ import annotations
-
 import math
 import re
 from pathlib import Path
@@ -128,9 +126,7 @@ def test_where_no_row_has_a_direction_a_warning_says_so(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     'keys', [{}, {'rao': {'path': 'shipped:supply_rao/supply_rao.csv', 'heading': 1.75}}]
 )
-def test_directions_that_do_not_matter_may_be_missing(
-    keys: dict[str, Any], tmp_path: Path
-) -> None:
+def test_directions_that_do_not_matter_may_be_missing(keys, tmp_path):
     """The route is not followed, or a response operator has a heading of its own."""
     asked = record(tmp_path, LACKS_ONE, follow_route=bool(keys))
     filtered = keys or {'roll': ROLL}
@@ -159,9 +155,7 @@ def test_directions_that_do_not_matter_may_be_missing(
         (BUOY, {'max_gap': 7199.0}, 'line 5: comes 7200 s after the last row with waves; max_gap'),
     ],
 )
-def test_a_record_that_cannot_be_used_is_refused_by_line(
-    text: str, keys: dict[str, Any], said: str, tmp_path: Path
-) -> None:
+def test_a_record_that_cannot_be_used_is_refused_by_line(text, keys, said, tmp_path):
     assert said in refusal(record(tmp_path, text, **keys))
 
 

@@ -1,7 +1,5 @@
 """The motions of a ship in waves from the coefficients of a hull (hull.md)."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -51,10 +49,6 @@ def any_ship(request):
 def unit(ship):
     """Return sqrt(g/L) [rad/s]."""
     return math.sqrt(ship.gravity / ship.coefficients.length)
-
-
-# -----------------------------------------------------------------------------
-# Limits.
 
 
 @pytest.mark.parametrize('heading', HEADINGS)
@@ -122,9 +116,6 @@ def test_a_place_forward_sinks_as_the_bow_does(ship):
     turned = ship.response(np.array([0.7]), 1.0).displacement(ClockPlace(10.0, 3.0, 2.0))[0]
     assert turned[1] == pytest.approx(sway + 10.0 * yaw - 2.0 * roll)
 
-
-# -----------------------------------------------------------------------------
-# The table of hull.md, from two other programs with meshes of their own.
 
 # fmt: off
 TABLE = (  # heading, forward, up, heave, athwart, fore and aft, vertical, freely, pitching
@@ -207,10 +198,6 @@ def test_the_default_cutoff_doubled_changes_no_rate(any_ship, degrees, period, h
             assert scale * getattr(less, plane) == pytest.approx(rate, rel=0.01, abs=2e-3 * parts)
 
 
-# -----------------------------------------------------------------------------
-# Froude's scaling, the roll, energy.
-
-
 def test_a_shape_scales_by_froude(deptford):
     """Twice as long in waves twice as long: the same motion, half the angle, exactly."""
     small, large = (Hull(deptford.scaled(x), 11.0 * math.sqrt(x / 44.0), 0.08) for x in (44, 88))
@@ -260,10 +247,6 @@ def test_damping_obeys_haskinds_relation(name):
         np.testing.assert_allclose(other, own, atol=0.035 * own.max())
         kept = own > 0.3 * own.max()
         np.testing.assert_allclose(other[kept], own[kept], rtol=0.035)
-
-
-# -----------------------------------------------------------------------------
-# Under way.
 
 
 def test_the_encounter_is_that_of_the_course(ship):
@@ -349,10 +332,6 @@ def test_overtaken_waves_are_damped_as_well(ship):
     assert strong < 0.6 * weak
 
 
-# -----------------------------------------------------------------------------
-# Files, and bad input.
-
-
 def test_a_file_holds_the_hull(tmp_path, deptford):
     deptford.save(tmp_path / 'mine.npz')
     read = hull_of_file((tmp_path / 'mine.npz').read_bytes(), 'mine.npz')
@@ -429,10 +408,7 @@ def test_a_file_that_is_no_hull_is_refused(tmp_path, deptford, content, words):
         (lambda _: hulls.check_proportions(44.0, 5.0, 12.6), '12.6: must not exceed the beam, 5'),
         (lambda _: hulls.check_proportions(44.0, 30.0, 5.0), '= 30.0: must be between a 20th and'),
         (lambda _: hulls.check_proportions(44.0, 12.6, 0.1), '= 0.1: must be at least a 20th'),
-        (
-            lambda _: hulls.check_proportions(math.nan, 12.6, 5.0),
-            r'nan: must be in \[2, 400\] m',
-        ),
+        (lambda _: hulls.check_proportions(math.nan, 12.6, 5.0), r'nan: must be in \[2, 400\] m'),
         (lambda _: form(5.9).exponents(), r'block = 5.9: must be in \[0.3, 0.96\]'),
         (lambda _: form(0.6, 0.5).exponents(), r'waterplane = 0.5: must be in \[0.612, 0.99\]'),
     ],

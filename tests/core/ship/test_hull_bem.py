@@ -3,8 +3,6 @@
 `test_hull` checks the shipped tables, `make stress` the method.
 """
 
-from __future__ import annotations
-
 import math
 import sys
 

@@ -1,7 +1,5 @@
 """The air and the box of the clock: against an integration, closed forms, and in any chunks."""
 
-from __future__ import annotations
-
 import math
 import re
 from itertools import pairwise
@@ -183,10 +181,6 @@ def test_impossible_air_is_refused(air, voyage, said) -> None:
     )
 
 
-# -----------------------------------------------------------------------------
-# The climate over the sea.
-
-
 def test_climate_is_its_table_in_the_middle_of_a_month() -> None:
     middle = (np.arange(12) + 0.5) / 12.0
     for latitude, row in zip(ZONAL_LATITUDES, ZONAL_CELSIUS, strict=True):
@@ -206,10 +200,6 @@ def test_a_voyage_has_the_climate_of_its_places_and_its_date() -> None:
         # within three days of the middle of the month, by at most 2.6 K a month
         at = ZONAL_CELSIUS[12, month], np.interp(17.93, ZONAL_LATITUDES, ZONAL_CELSIUS[:, month])
         np.testing.assert_allclose(found[[0, -1]], at, atol=0.6)
-
-
-# -----------------------------------------------------------------------------
-# Records.
 
 
 def recorded(tmp_path: Path, rows: str, date: str | None = None, **keys: Any) -> Scene:

@@ -1,7 +1,5 @@
 """The coasts of maps: known places on land and at sea, and outlines cut by a frame."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -45,9 +43,7 @@ WORLD = MapFrame(-180.0, -90.0, 180.0, 90.0)
         ('the south pole', -89.5, 100.0, True),
     ],
 )
-def test_known_places_are_on_land_or_at_sea(
-    place: str, latitude: float, longitude: float, *, on_land: bool
-) -> None:
+def test_known_places_are_on_land_or_at_sea(place, latitude, longitude, *, on_land):
     about = MapFrame(longitude - 5.0, max(latitude - 4.0, -90.0), longitude + 5.0, latitude + 4.0)
     for within in (WORLD, about):
         assert is_land(land(within), longitude, latitude) == on_land, place
@@ -115,9 +111,7 @@ def test_ports_have_names_and_the_open_sea_has_none() -> None:
         ((42.0, 50.5), 0.0, 0.0),  # the Caspian Sea, an outline within an outline
     ],
 )
-def test_towns_have_their_known_distance_from_the_sea(
-    place: tuple[float, float], least: float, most: float
-) -> None:
+def test_towns_have_their_known_distance_from_the_sea(place, least, most):
     assert least <= inland_km(*place) <= most
 
 
@@ -147,9 +141,7 @@ def test_the_squares_of_open_sea_hold_no_place_on_land() -> None:
         ((-30.0, 0.0), math.inf, math.inf),
     ],
 )
-def test_the_coast_is_as_far_from_the_sea_as_from_the_land(
-    place: tuple[float, float], least: float, most: float
-) -> None:
+def test_the_coast_is_as_far_from_the_sea_as_from_the_land(place, least, most):
     assert least <= coast_km(*place) <= most
     assert coast_km(place[0], place[1] + 360.0) == pytest.approx(coast_km(*place), rel=1e-9)
 

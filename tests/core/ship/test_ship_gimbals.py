@@ -1,7 +1,5 @@
 """The case in gimbals: against DOP853 with events, in the case and under the wheel."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Normal gravity against boule, Eötvös' term against its definition, and both along a passage."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 
@@ -46,9 +44,7 @@ def earth_fixed(latitude: float, longitude: float) -> np.ndarray:
 
 @pytest.mark.parametrize('latitude_deg', [-62.0, 18.0])
 @pytest.mark.parametrize('course_deg', [61.0, 200.0, 270.0])
-def test_eotvos_is_the_difference_of_vertical_accelerations(
-    latitude_deg: float, course_deg: float
-) -> None:
+def test_eotvos_is_the_difference_of_vertical_accelerations(latitude_deg, course_deg):
     """The vertical part of the acceleration in space, by differences of positions."""
     latitude, speed, h = math.radians(latitude_deg), 8.0, 60.0
 

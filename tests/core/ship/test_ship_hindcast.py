@@ -1,7 +1,5 @@
 """Weather and air from a hindcast: linear fields against their closed form along the track."""
 
-from __future__ import annotations
-
 import math
 import sys
 

@@ -1,7 +1,5 @@
 """A hull in the sea of a scene: the IMU readings and the effect on a clock (hull.md)."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Seas grown from a log's wind: against published heights and the method's own closed forms."""
 
-from __future__ import annotations
-
 import math
 import pickle
 

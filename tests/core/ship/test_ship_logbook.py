@@ -1,7 +1,5 @@
 """Log-books: their formats, refusals by passage and row, and scenes."""
 
-from __future__ import annotations
-
 import datetime
 import gzip
 import tracemalloc
@@ -173,10 +171,7 @@ SILENT = ROWS.replace('270,6.7', '362,6.7').replace(',270,9.3,', ',,,')
         (ROWS, ['1 of 4 entries without a wind']),
         (
             ROWS.replace('270,6.7', '270,13').replace(',9.3', ',18'),
-            [
-                '1 of 4 entries without a wind',
-                'a wind of 16.3 m/s in the mean: perhaps in knots',
-            ],
+            ['1 of 4 entries without a wind', 'a wind of 16.3 m/s in the mean: perhaps in knots'],
         ),
         (SILENT, ['3 of 4 entries without a wind, 1 variable']),
         (
@@ -338,10 +333,6 @@ def test_any_clock_sails_a_passage(tmp_path):
     assert scene.duration == 5 * 86_400.0 + 60.0
 
 
-# -----------------------------------------------------------------------------
-# What logs may hold.
-
-
 def logged(days=30, begins='1785-08-01T13:00', at=(48.0, -10.0), made=(-0.9, -0.6), hours=24):
     """Return the rows of a passage, each a list of cells from `utc` to `air_celsius`."""
     first = datetime.datetime.fromisoformat(begins)
@@ -403,9 +394,6 @@ def test_any_sound_log_is_sailed(tmp_path, own, rows):
     assert -30.0 < celsius.min() <= celsius.max() < 35.0
     assert way.arrives_ns / 1e9 == (passage.days + 1.0) * 86_400.0
 
-
-# -----------------------------------------------------------------------------
-# CLIWOC's own table.
 
 DAYS = [
     (

@@ -1,7 +1,5 @@
 """A response amplitude operator with any motions, at all headings and speeds (sea.md)."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any
@@ -66,9 +64,7 @@ def test_long_waves_move_the_supply_vessel_as_they_move_water(degrees: int) -> N
 @pytest.mark.parametrize(
     ('degrees', 'heave', 'other', 'at'), [(90, -22.9, 14.3, 1), (180, -2.9, 4.3, 0)]
 )
-def test_the_rate_of_a_weight_in_the_supply_vessel(
-    degrees: int, heave: float, other: float, at: int
-) -> None:
+def test_the_rate_of_a_weight_in_the_supply_vessel(degrees, heave, other, at):
     """The figures of hull.md, from the same data by another program: s/day, amidships."""
     omega = 2.0 * math.pi / 9.0 * np.geomspace(0.5, 4.5, 4000)
     course = Encounter(0.0, math.radians(degrees), G)
@@ -170,9 +166,7 @@ def passage(rao: dict[str, Any], **keys: object) -> Scene:
 
 
 @pytest.mark.parametrize('rao', [{'path': SIX}, {'path': ROLL_AND_HEAVE, 'heading': 1.75}])
-def test_a_passage_by_an_operator_reports_waves_left_out(
-    rao: dict[str, Any],
-) -> None:
+def test_a_passage_by_an_operator_reports_waves_left_out(rao: dict[str, Any]) -> None:
     motion = ShipMotion(passage(rao))
     [warning] = motion.warnings
     assert '% of the energy of the waves is above the frequencies of ship.rao' in warning
@@ -203,9 +197,7 @@ def test_a_leg_that_turns_out_of_the_operator_is_named(tmp_path: Path) -> None:
         ({}, {'heading': 1.5, 'speed': 2.5}, 'ship.speed', r'in \[0, 2\] m/s, the speeds of'),
     ],
 )
-def test_refused(
-    tmp_path: Path, rao: dict[str, Any], keys: dict[str, Any], key: str, said: str
-) -> None:
+def test_refused(tmp_path, rao, keys, key, said):
     speeds = [0.0] if keys.get('speed') != 2.5 else [0.0, 2.0]
     path = table_of(
         Hull(named_hull('deptford'), 11.0, 0.1), tmp_path / 'x.csv', [80.0, 100.0], speeds

@@ -1,7 +1,5 @@
 """What an IMU reads on a ship with six motions, and the force that a thread can follow."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 
@@ -166,9 +164,7 @@ def test_logging_the_motion_does_not_change_the_reading() -> None:
     assert said[0].time_ref_ns.tobytes() == said[1].time_ref_ns.tobytes()
 
 
-def test_parts_that_fit_the_cache_have_the_bits_of_the_whole(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_parts_that_fit_the_cache_have_the_bits_of_the_whole(monkeypatch):
     monkeypatch.setattr('tauto_core.samples.IN_CACHE', 512)
     motion = ShipMotion(at_sea())
     begun, sensed = motion.sense(37), motion.sense(1000)

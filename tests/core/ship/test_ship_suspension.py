@@ -1,7 +1,5 @@
 """The suspension of the case: ship's motion in, readings of a sensor in the case out."""
 
-from __future__ import annotations
-
 import copy
 import math
 import pickle
@@ -21,13 +19,7 @@ from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import compile_machine
 from tauto_core.machines.axle_pendulum import AxlePendulum, AxleState, SupportMotion, modes
 from tauto_core.motion.axle import forces
-from tauto_core.samples import (
-    READING,
-    SHIP_IMU,
-    ImuSamples,
-    join,
-    take,
-)
+from tauto_core.samples import READING, SHIP_IMU, ImuSamples, join, take
 from tauto_core.scene import SceneError, load_scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import PropagationError
 from tauto_core.ship import ShipMotion

@@ -132,10 +132,6 @@ def test_bits_do_not_depend_on_the_split(made, first, cuts, backward):
         np.testing.assert_array_equal(joined, x)
 
 
-# -----------------------------------------------------------------------------
-# Fading.
-
-
 @pytest.mark.parametrize('begins_s', [0.0, 5_000_000.0])
 def test_value_rate_and_acceleration_are_those_of_the_definition(begins_s):
     """A sea that fades into another, that into a calm, and out of the calm again.
