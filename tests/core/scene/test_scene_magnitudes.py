@@ -1,55 +1,20 @@
 """Numbers of a machine out of all proportion are refused by their key, before any overflow."""
 
-from typing import Any
-
 import pytest
-import yaml
 
-from tauto_core.scene.errors import SceneError
-from tauto_core.scene.loader import parse_scene
+from tauto_core.scene import SceneError, load_scene
 
-TROCHLEA = {
-    'inertia': 4e-4,
-    'cam': {'kind': 'involute', 'base_radius': 0.01},
-    'thread': {'kind': 'lever', 'arm': 0.1, 'weight_arm': 0.15, 'length': 0.3},
-    'power': {'kind': 'weight', 'mass': 0.05},
-    'release_angle': 1.0,
+SCENES = {
+    'regulator': 'globe_in_oil',
+    'suspension': 'suspended_weight_at_sea',
+    'trochlea.thread': 'sully_lever_at_sea',
 }
-GLOBE = {
-    'kind': 'fluid_tautochrone',
-    'body': 'globe',
-    'diameter': 0.05,
-    'body_density': 7800.0,
-    'fluid_density': 900.0,
-    'pendulum_length': 1.0,
-    'release_arc': 0.1,
-}
-HUNG = {
-    'kind': 'axle',
-    'support_radius': 0.02,
-    'axle_radius': 0.005,
-    'depth': 0.1,
-    'gyration_radius': 0.05,
-}
-ROLL = {'kind': 'components', 'components': [{'amplitude': 0.1, 'period': 9.0}]}
 
 
 def parsed(key, value):
-    """A scene with one number changed."""
-    content = {'name': 'test', 'duration': 10.0, 'gravity': 9.8, 'ship': ROLL}
-    if key.startswith('regulator'):
-        content |= {'regulator': dict(GLOBE), 'ship': {'kind': 'still'}}
-    else:
-        trochlea = {
-            name: dict(part) if isinstance(part, dict) else part for name, part in TROCHLEA.items()
-        }
-        content |= {'trochlea': trochlea, 'suspension': dict(HUNG), 'drag': {}}
-    *path, last = key.split('.')
-    section: Any = content
-    for name in path:
-        section = section[name]
-    section[last] = value
-    return parse_scene(yaml.safe_dump(content), 'test')
+    """A shipped scene with one number changed."""
+    name = SCENES.get(key.rpartition('.')[0], 'involute_weight_at_sea')
+    return load_scene(name, **{key: value})
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,9 @@ THREADS: dict[str, dict[str, Any]] = {
     'lever': {'kind': 'lever', 'arm': 0.1, 'weight_arm': 0.15, 'length': 0.3},
     'hanging': {'kind': 'hanging', 'length': 0.3},
 }
+MASSLESS = {'kind': 'weight', 'mass': 0.05, 'massless': True}
+ARC = {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': 0.01}
+RUBS = {'kind': 'impulse', 'energy': 1e-5, 'rest': {'friction': 1e-6}}
 
 
 def scene_of(thread: dict[str, Any], **sections: Any) -> Scene:
@@ -51,22 +54,10 @@ def test_they_survive_the_round_trip(kind: str) -> None:
 @pytest.mark.parametrize(
     ('sections', 'key', 'said'),
     [
-        (
-            {'trochlea': {'power': {'kind': 'weight', 'mass': 0.05, 'massless': True}}},
-            'power.massless',
-            'Leave it out',
-        ),
-        (
-            {'trochlea': {'cam': {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': 0.01}}},
-            'thread.kind',
-            'cam of kind involute',
-        ),
+        ({'trochlea': {'power': MASSLESS}}, 'power.massless', 'Leave it out'),
+        ({'trochlea': {'cam': ARC}}, 'thread.kind', 'cam of kind involute'),
         ({'drag': {'coulomb': 1e-6}}, 'drag.coulomb', 'Use viscous or quadratic drag'),
-        (
-            {'escapement': {'kind': 'impulse', 'energy': 1e-5, 'rest': {'friction': 1e-6}}},
-            'rest.friction',
-            'Use viscous or quadratic drag',
-        ),
+        ({'escapement': RUBS}, 'rest.friction', 'Use viscous or quadratic drag'),
     ],
 )
 def test_what_does_not_go_with_them(kind, sections, key, said):

@@ -51,6 +51,10 @@ FAST = {'kind': 'components', 'components': [{'amplitude': 0.1, 'period': 1.5}]}
 CHOP = {'spectrum': 'jonswap', 'significant_wave_height': 0.1, 'peak_period': 1.5}
 MIRROR = {'spectrum': 'jonswap', 'significant_wave_height': 1e-300, 'peak_period': 9.0}
 TIDE = {'spectrum': 'jonswap', 'significant_wave_height': 1.0, 'peak_period': 1e300}
+HIGH = CHOP | {'significant_wave_height': 1e200, 'peak_period': 9.0}
+DEGREES = {'kind': 'components', 'components': [{'amplitude': 8.0, 'period': 9.0}]}
+FLAT = SEA['sea'] | {'spectrum': 'bretschneider', 'gamma': 3.3}
+FORCES = {'path': 'run.mcap', 'topic': '/imu', 'scale': 2.0}
 REMOVED = object()
 
 
@@ -99,12 +103,7 @@ def test_the_scene_that_the_refusals_spoil_is_accepted() -> None:
         ('trochlea.cam.kind', 'involut', 'trochlea.cam.kind', 'involute, hole, circular_arc, tab'),
         ('trochlea.thread', {}, 'trochlea.thread.kind', 'is missing'),
         ('trochlea.power.kind', ['force'], 'trochlea.power.kind', 'force, weight, spring'),
-        (
-            'ship',
-            {'kind': 'still', 'components': []},
-            'ship.components',
-            'not a key of kind still',
-        ),
+        ('ship', {'kind': 'still', 'components': []}, 'ship.components', 'not a key of kind s'),
         ('ship', {'kind': 'afloat'}, 'ship.kind', 'still, components, sea, recorded'),
         ('escapement.kind', 'anchor', 'escapement.kind', 'impulse, remontoire'),
         ('ship', SEA | {'sea': SEA['sea'] | {'spectrum': 'x'}}, 'ship.sea.spectrum', 'jonswap'),
@@ -135,30 +134,20 @@ def test_the_scene_that_the_refusals_spoil_is_accepted() -> None:
         ('drift.states', 4, 'drift.states', '2 or 3'),
         ('drift.observation_sigma', 0.0, 'drift.observation_sigma', 'at least 1e-09'),
         ('drift.observation_sigma', 1e300, 'drift.observation_sigma', 'at most 86400'),
-        (
-            'ship',
-            SEA | {'sea': CHOP | {'significant_wave_height': 1e200, 'peak_period': 9.0}},
-            'ship.sea.significant_wave_height',
-            'at most 100',
-        ),
+        ('ship', SEA | {'sea': HIGH}, 'ship.sea.significant_wave_height', 'at most 100'),
         ('voyage.arrival', [0.0, -180.5], 'voyage.arrival[1]', 'at least -180'),
         ('voyage.arrival', [1.0, 2.0, 3.0], 'voyage.arrival', 'limit is at most 2'),
         (
             'solver',
-            {'accuracy': 1e-3, 'tolerance': 1e-6},
+            {'accuracy': 1.0, 'tolerance': 1.0},
             'solver.tolerance',
-            'follows from solver.accuracy',
+            'follows from solver.a',
         ),
         ('solver', {'tolerance': '1.0e-9'}, 'solver.tolerance', 'quotes'),
         ('solver', {'tolerence': 1e-9}, 'solver.tolerence', 'Did you mean `tolerance`'),
         # combinations
         ('trochlea.thread', {'kind': 'hole', 'distance': 0.1}, 'trochlea.thread.kind', 'vertical'),
-        (
-            'trochlea.cam',
-            {'kind': 'hole', 'lever_rate': 0.01},
-            'trochlea.thread.kind',
-            'Use thread kind hole',
-        ),
+        ('trochlea.cam', {'kind': 'hole', 'lever_rate': 0.01}, 'trochlea.thread.kind', 'hole'),
         ('ship.rate', 3.0, 'ship.rate', '4.0 Hz'),
         ('ship.rate', 3e9, 'ship.rate', 'whole nanoseconds'),
         ('ship.rate', 0.5, 'ship.rate', 'at most 1 s are interpolated. Use 1.0 Hz or more'),
@@ -190,9 +179,9 @@ def test_the_scene_that_the_refusals_spoil_is_accepted() -> None:
         ('voyage.waypoints', [[50.0 + 1e-12, -1.0]], 'voyage.waypoints[0]', 'as voyage.departure'),
         (
             'voyage.waypoints',
-            [[9.0, 180.0], [9.0, -180.0]],
+            [[9, 180], [9, -180]],
             'voyage.waypoints[1]',
-            'is the same place as voyage.waypoints[0]',
+            'as voyage.waypoints[0]',
         ),
         ('voyage.waypoints', [[18.0, -77.0]], 'voyage.arrival', 'Leave one of them out'),
         ('ship.recorded.passband', [0.4, 0.02], 'ship.recorded.passband', 'Use [0.02, 0.4]'),
@@ -205,12 +194,10 @@ def test_the_scene_that_the_refusals_spoil_is_accepted() -> None:
         ('ship', FAST | {'rate': 1.0}, 'ship.components[0].period', 'two steps'),
         ('ship', WAVES | {'heave': []}, 'ship.heave', 'at least 1'),
         ('ship', SEA | {'rate': 1.0, 'sea': CHOP}, 'ship.sea.peak_period', 'two steps'),
-        (
-            'ship',
-            {'kind': 'components', 'components': [{'amplitude': 8.0, 'period': 9.0}]},
-            'ship.components',
-            'radians, not degrees',
-        ),
+        ('ship', SEA | {'sea': FLAT}, 'ship.sea.gamma', 'bretschneider'),
+        ('ship.recorded', FORCES, 'ship.recorded.scale', ''),
+        ('drift.covariates', ['temprature'], 'drift.covariates[0]', 'did you mean temperature?'),
+        ('ship', DEGREES, 'ship.components', 'radians, not degrees'),
     ],
 )
 def test_refused(path: str, value: object, key: str, said: str) -> None:
@@ -250,12 +237,6 @@ def test_a_time_that_alone_does_not_fit_the_log_is_refused() -> None:
     assert [each.key for each in error.problems] == ['duration', 'drift.observation_interval']
 
 
-def test_a_spectrum_without_a_peak_refuses_peak_enhancement() -> None:
-    sea = SEA['sea'] | {'spectrum': 'bretschneider', 'gamma': 3.3}
-    error = refusal(('ship', SEA | {'sea': sea}))
-    assert (error.key, error.value) == ('ship.sea.gamma', 3.3)
-
-
 def test_a_voyage_at_some_speed_goes_somewhere() -> None:
     error = refusal(
         ('voyage.arrives_at', REMOVED), ('voyage.speed', 1.0), ('voyage.arrival', [50.0, -1.0])
@@ -284,11 +265,6 @@ def test_a_scene_that_ends_in_port_is_refused_unless_cut(tmp_path: Path) -> None
     load_scene(file)
 
 
-def test_a_bag_of_measured_forces_is_not_scaled() -> None:
-    error = refusal(('ship.recorded', {'path': 'run.mcap', 'topic': '/imu', 'scale': 2.0}))
-    assert (error.key, error.value) == ('ship.recorded.scale', 2.0)
-
-
 def test_a_still_ship_refuses_a_wheel_that_never_moves() -> None:
     error = refusal(('ship', {'kind': 'still'}), ('trochlea.release_angle', 0.0))
     assert error.key == 'trochlea.release_angle'
@@ -311,10 +287,7 @@ def test_all_problems_are_said_the_first_in_the_attributes() -> None:
         ('3.5', 'is a number'),
         ('a: 1\nb: [1, 2\nc: 3\n', 'line 3, column 2'),
         ('a: 1\n\tb: 2\n', 'line 2, column 1'),
-        (
-            'duration: 1\nname: x\nduration: 2\n',
-            "line 3, column 1: the key 'duration' comes twice",
-        ),
+        ('duration: 1\nname: x\nduration: 2\n', "line 3, column 1: the key 'duration' com"),
         ('drag: {viscous: 0, viscous: 1}\n', "'viscous' comes twice"),
         ('1: 2\n', 'a key must be a word'),
         ('? [a]\n: 2\n', 'a key must be a word'),
@@ -392,12 +365,6 @@ def test_data_that_are_not_there(tmp_path: Path, path: str) -> None:
     keys = {problem.key for problem in caught.value.problems}
     assert keys == {'ship.recorded.path', 'trochlea.cam.path'}
     assert path.removeprefix('shipped:') in str(caught.value)
-
-
-def test_a_wrong_covariate_is_refused_once_with_the_nearest_name() -> None:
-    error = refusal(('drift.covariates', ['temprature']))
-    assert [each.key for each in error.problems] == ['drift.covariates[0]']
-    assert 'did you mean temperature?' in str(error)
 
 
 @pytest.mark.parametrize(

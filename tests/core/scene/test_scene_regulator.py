@@ -12,10 +12,9 @@ OIL: dict[str, Any] = yaml.safe_load(scene_yaml(load_scene('globe_in_oil')))
 TROCHLEA = yaml.safe_load(scene_yaml(load_scene('ideal')))['trochlea']
 
 
-def refusal(regulator: dict[str, Any] | None = None, **changes: Any) -> SceneError:
-    content = OIL | {'regulator': OIL['regulator'] | (regulator or {})} | changes
+def refusal(**changes: Any) -> SceneError:
     with pytest.raises(SceneError) as refused:
-        parse_scene(yaml.safe_dump(content), 'oil')
+        load_scene('globe_in_oil', **changes)
     return refused.value
 
 
@@ -41,6 +40,9 @@ def test_a_ship_that_moves_is_refused() -> None:
     assert error.remedy == 'Use ship kind still.'
 
 
+CIRCLE = {'kind': 'circle', 'radius': 1.0}
+
+
 @pytest.mark.parametrize(
     ('regulator', 'key', 'said'),
     [
@@ -48,37 +50,21 @@ def test_a_ship_that_moves_is_refused() -> None:
         ({'curve': 'circle'}, 'curve', 'cycloid'),
         ({'body': 'cube'}, 'body', 'globe'),
         ({'kind': 'pendulum'}, 'kind', 'fluid_tautochrone'),
-    ],
-)
-def test_what_makes_no_regulator_is_refused(regulator, key, said):
-    error = refusal(regulator)
-    assert error.key == f'regulator.{key}'
-    assert said in str(error)
-
-
-CIRCLE = {'kind': 'circle', 'radius': 1.0}
-
-
-@pytest.mark.parametrize(
-    ('regulator', 'key', 'said'),
-    [
         ({'curve': 'companion'}, 'of', 'is missing'),
         ({'of': CIRCLE}, 'of', 'does not go with regulator.curve euler'),
         ({'given': 'ascent'}, 'given', 'which has no given branch'),
         ({'curve': 'cycloid', 'ascent_length': 1.0}, 'ascent_length', "are Euler's"),
         ({'curve': 'companion', 'of': CIRCLE, 'friction': 0.1}, 'friction', 'without friction'),
         ({'curve': 'companion', 'of': {'kind': 'circle'}}, 'of.radius', 'is missing'),
-        (
-            {'curve': 'companion', 'of': CIRCLE, 'release_arc': 1.2},
-            'release_arc',
-            'beyond the end of the companion at 0.871220',
-        ),
+        ({'curve': 'companion', 'of': CIRCLE, 'release_arc': 1.2}, 'release_arc', 'beyond the'),
         ({'curve': 'cycloid', 'friction': 0.5}, 'friction', 'holds the body at its release'),
         ({'friction': 0.15}, 'friction', 'holds the body after its first half swing'),
         ({'ascent_length': 0.1}, 'release_arc', 'beyond the end of the other branch'),
     ],
 )
-def test_a_curve_that_cannot_be_is_refused(regulator: dict[str, Any], key: str, said: str) -> None:
+def test_what_makes_no_regulator_is_refused(
+    regulator: dict[str, Any], key: str, said: str
+) -> None:
     with pytest.raises(SceneError) as refused:
         compile_machine(
             parse_scene(yaml.safe_dump(OIL | {'regulator': OIL['regulator'] | regulator}), 'oil')

@@ -105,7 +105,7 @@ def test_an_operator_is_linear_and_mirrored_to_starboard() -> None:
         (HEAD + '0.1,1\n0.2,\n', r'line 3, energy_density_m2_per_hz = ..: is not a finite'),
         (
             HEAD + '0.1,1\n0.2,-0.5\n',
-            r'line 3, energy_density_m2_per_hz = -0\.5: must be at least 0',
+            r'line 3, energy_density_m2_per_hz = -0\.5: must be at least',
         ),
         (HEAD + '0.2,1\n0.1,1\n', r'line 3, frequency_hz = 0\.1: must be greater.*0\.2 Hz.*Sort'),
         (HEAD + '0,1\n0.1,1\n', r'line 2, frequency_hz = 0\.0: must be greater'),
@@ -143,13 +143,13 @@ def test_bad_tables_are_refused(keys: dict[str, object], message: str) -> None:
         ({'sea': {'spectrum': 'file', 'path': 'none.csv'}}, r'sea\.path = .*no such file'),
         ({'sea': {'spectrum': 'file', 'path': SPECTRUM, 'time': 'x'}}, r'time = .x.*not a key'),
         (
-            {'sea': {'spectrum': 'file', 'path': 'x.spt', 'format': 'spotter'}},
-            r'sea\.format = .spotter.: is not a key any more.*wavespectra converts',
+            {'sea': {'spectrum': 'file', 'path': 'x', 'format': 'spotter'}},
+            r'sea\.format.* any more',
         ),
         ({'rao': None}, r'ship\.roll: is missing, and there is no rao'),
         (
-            {'rao': None, 'roll': {'decay': {'path': 'x.csv'}, 'slope_coefficient': 0.7}},
-            r'ship\.roll\.decay: is not a key any more: .*Give natural_period and damping_ratio',
+            {'rao': None, 'roll': {'decay': {}}},
+            r'ship\.roll\.decay: is not a key any more: .*Give natural',
         ),
         ({'roll': ROLL}, r'ship\.rao: does not go with ship\.roll'),
         ({'heading': 1.0}, r'ship\.heading = 1\.0: does not go with ship\.rao'),
@@ -165,6 +165,7 @@ def test_bad_keys_are_refused(keys: dict[str, object], message: str) -> None:
 
 
 ROWS = 'heading_deg,omega_radps,roll_re,roll_im{}\n{}\n'
+TWO = '90,1,0,1,0\n90,2,0,1,0\n80,1,0,1,0\n80,2,0,1,0\n90,1,0,1,5\n90,2,0,1,5'
 
 
 @pytest.mark.parametrize(
@@ -178,11 +179,7 @@ ROWS = 'heading_deg,omega_radps,roll_re,roll_im{}\n{}\n'
         ('', '90,1,0,1\n90,2,inf,1', r'line 3, roll_re = .inf.*finite'),
         (',speed_mps', '90,1,0,1,0\n90,2,0,1,5', r'line 3, omega_radps = 2\.0: begins a head'),
         (',speed_mps', '90,1,0,1,0\n90,2,0,1,-5', r'line 3, speed_mps = -5\.0: must not be neg'),
-        (
-            ',speed_mps',
-            '90,1,0,1,0\n90,2,0,1,0\n80,1,0,1,0\n80,2,0,1,0\n90,1,0,1,5\n90,2,0,1,5',
-            r'line 6, speed_mps = 5\.0: begins a speed, 5 m/s, without the heading 80 deg',
-        ),
+        (',speed_mps', TWO, r'line 6, speed_mps = 5\.0: .*, 5 m/s, without the heading 80 deg'),
         (',sway_re', '90,1,0,1,0\n90,2,0,1,5', r'line 1, column sway_im: is missing.*roll_im'),
     ],
 )

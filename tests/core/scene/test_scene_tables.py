@@ -66,16 +66,10 @@ def test_gaps_are_counted_and_long_ones_refused():
     [
         ('', 'line 1, column time_s: is missing; the columns are none. Give a table.'),
         ('time_s\n', 'line 1, column air_degc: is missing; the columns are time_s. Give a table.'),
-        (
-            'time_s,air_degc,time_s\n',
-            'line 1, column time_s: is named more than once; the columns',
-        ),
+        ('time_s,air_degc,time_s\n', 'line 1, column time_s: is named more than once; the col'),
         ('time_s,air_degc\n\n', 'holds no rows below its header. Give a table.'),
         ('time_s,air_degc\n0\n', 'line 2: has 1 cells, the header 2. Correct or drop the row.'),
-        (
-            'time_s,air_degc\n0,warm\n',
-            "line 2, air_degc = 'warm': is not a finite number. Correct",
-        ),
+        ('time_s,air_degc\n0,warm\n', "line 2, air_degc = 'warm': is not a finite number."),
         ('time_s,air_degc\n0,1_0\n', "line 2, air_degc = '1_0': is not a finite number."),
         ('time_s,air_degc\n0,inf\n', "line 2, air_degc = 'inf': is not a finite number."),
         (
@@ -84,7 +78,7 @@ def test_gaps_are_counted_and_long_ones_refused():
         ),
         (
             'time_s,air_degc\n0,1\n\n0,2\n',
-            'line 4, time_s = 0.0: must be later than the time before, 0.0 s.',
+            'line 4, time_s = 0.0: must be later than the time before',
         ),
         ('time_s,air_degc\n0,"' + 200_000 * '1' + '"\n', 'cannot be read as text: field larger'),
     ],

@@ -94,17 +94,6 @@ def test_both_sides_are_mirror_images(ship):
         )
 
 
-def test_starboard_goes_down_where_the_wave_rises_to_port(ship):
-    """Signs of the project: roll positive starboard down, pitch positive bow down."""
-    long = np.array([0.15])
-    wave = ship.response(long, 0.5 * math.pi)
-    # a cos(omega t - k y): at a quarter period the surface rises to port
-    assert (wave.motions[0, 3] * 1j).real > 0.0
-    # head seas, a cos(omega t + k x): at a quarter period it falls towards the bow
-    head = ship.response(long, math.pi)
-    assert (head.motions[0, 4] * 1j).real > 0.0
-
-
 def test_a_place_forward_sinks_as_the_bow_does(ship):
     response = ship.response(np.array([0.7]), math.pi)
     x, y, z = response.displacement(ClockPlace(10.0, 0.0, 2.0))[0]
@@ -229,32 +218,17 @@ def test_the_roll_period_gives_the_centre_of_gravity(any_ship):
 
 
 @pytest.mark.parametrize('name', SHAPES)
-def test_no_motion_takes_energy_from_calm_water(name):
-    """Damping is not negative, but for the noise of the panels: 1e-3 of its largest."""
+def test_damping_obeys_haskinds_relation_and_gives_no_energy(name):
+    """Within 3.5 %, the error of the panels. Negative is only their noise, 1e-3 of the largest."""
     hull = named_hull(name)
     largest = np.sqrt(np.diagonal(hull.damping, axis1=1, axis2=2).max(axis=0))
-    for matrix in hull.damping:
-        assert np.linalg.eigvalsh(matrix / np.outer(largest, largest)).min() > -1e-3
-
-
-@pytest.mark.parametrize('name', SHAPES)
-def test_damping_obeys_haskinds_relation(name):
-    """Within 3.5 %, the error of the panels."""
-    hull = named_hull(name)
+    assert np.linalg.eigvalsh(hull.damping / np.outer(largest, largest)).min() > -1e-3
     radiated = hull.radiated_damping()
     for j in range(6):
         own, other = hull.damping[:, j, j], radiated[:, j, j]
         np.testing.assert_allclose(other, own, atol=0.035 * own.max())
         kept = own > 0.3 * own.max()
         np.testing.assert_allclose(other[kept], own[kept], rtol=0.035)
-
-
-def test_the_encounter_is_that_of_the_course(ship):
-    omega = np.linspace(0.2, 4.0, 30)
-    encounter = Encounter(4.0, 0.5, STANDARD_GRAVITY)
-    met = ship.response(omega, 0.5, 4.0).encounter
-    np.testing.assert_allclose(met, encounter.frequency(omega), atol=1e-12)
-    assert met.min() < 0.0 < met.max()
 
 
 @pytest.mark.parametrize('heading', [0.5 * math.pi, 1.5 * math.pi])
@@ -402,8 +376,8 @@ def test_a_file_that_is_no_hull_is_refused(tmp_path, deptford, content, words):
         (lambda hull: at_place(hull, 0.0, 0.0, -6.0), 'clock.up = -6.0'),
         (lambda _: named_hull('sloups'), r'one of sloop, deptford.* Did you mean sloop'),
         (
-            lambda _: hulls.check_proportions(440.0, 126.0, 50.0),
-            r'length = 440.0: must be in \[2, 400\] m.*did you mean 44',
+            lambda _: hulls.check_proportions(440.0, 126.0, 5.0),
+            r'must be in \[2, 400\] m.*mean 44',
         ),
         (lambda _: hulls.check_proportions(44.0, 5.0, 12.6), '12.6: must not exceed the beam, 5'),
         (lambda _: hulls.check_proportions(44.0, 30.0, 5.0), '= 30.0: must be between a 20th and'),

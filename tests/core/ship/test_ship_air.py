@@ -138,31 +138,19 @@ RECORD = {'kind': 'record', 'source': 'x', 'time': [0.0, 9000.0], 'celsius': [8.
     ('air', 'voyage', 'said'),
     [
         (
-            {**ROUTE, 'at': [{'waypoint': 0, 'celsius': 293.0}]},
+            {**ROUTE, 'at': [{'waypoint': 0, 'celsius': 93.0}]},
             VOYAGE,
-            r'at\[0\].celsius = 293.0: must be at most 60',
+            r'at\[0\].celsius = 93.0: .* 60',
         ),
-        (
-            {'kind': 'constant', 'celsius': -61.0},
-            None,
-            'air.celsius = -61.0: must be at least -60',
-        ),
+        ({'kind': 'constant', 'celsius': -61.0}, None, 'celsius = -61.0: must be at least -60'),
         (
             {**ROUTE, 'at': [{'waypoint': 4, 'celsius': 9.0}]},
             VOYAGE,
-            r'at\[0\].waypoint = 4: is not a place of the voyage, which has 4',
+            r'= 4: is not a place of the v',
         ),
-        (
-            {**ROUTE, 'at': AT[::-1]},
-            VOYAGE,
-            r'at\[1\].waypoint = 1: does not come after the place before it, 3',
-        ),
+        ({**ROUTE, 'at': AT[::-1]}, VOYAGE, r'at\[1\].waypoint = 1: does not come after .*, 3'),
         ({**ROUTE, 'at': []}, VOYAGE, 'at = .*: has 0 items, the limit is at least 1'),
-        (
-            ROUTE,
-            None,
-            'by the places of a voyage, and the scene has no voyage. Write `kind: constant',
-        ),
+        (ROUTE, None, 'the scene has no voyage. Write `kind: constant'),
         ({'kind': 'route'}, VOYAGE, 'voyage.date: is needed for the mean temperature'),
         ({'kind': 'route'}, {**VOYAGE, 'date': '1761-02-30'}, "date = '1761-02-30': is not a day"),
         ({'kind': 'route'}, {**VOYAGE, 'date': 1761}, 'voyage.date = 1761: is not a day'),
@@ -238,7 +226,7 @@ def test_dates_of_a_record_are_those_of_the_voyage(tmp_path) -> None:
     [
         (
             DAYS.replace(',14', ',287'),
-            'line 3, celsius = 287.0: must be at least -60 and at most 60 °C. Give it in',
+            'line 3, celsius = 287.0: must be .* at most 60 °C. Give it in',
         ),
         (DAYS.replace('82000', '-3600'), 'line 3, time_s = -3600.0: must be later than the row'),
         (DAYS.replace('82000', '82801'), 'line 3: comes 86401 s after .*longest_gap_hours,'),

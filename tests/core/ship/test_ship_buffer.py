@@ -115,16 +115,6 @@ def test_smooth_motion_is_fitted_with_long_pieces_from_the_start(slopes):
     assert np.max(wrong[1]) < 0.5 * np.max(wrong[0])
 
 
-def test_a_thread_that_goes_with_the_case_has_no_tilt():
-    times = np.arange(400) * STEP
-    spans = forcing_of(times, apparent_vertical=False, apparent_gravity=False)
-    assert spans.tilt is None
-    assert spans.gravity is None
-    start = spans.end_ns * 1e-9 - spans.length_s
-    middle = roll_at(start + 0.5 * spans.length_s)
-    np.testing.assert_allclose(values(spans.neutral, 0.5), middle, rtol=0, atol=1e-14)
-
-
 def test_one_late_sample_leaves_single_pieces_around_it():
     times = np.arange(200) * STEP
     times[101] += 1_000_000

@@ -52,14 +52,6 @@ def test_the_elevation_is_that_of_the_sea_where_the_ship_is(course):
     np.testing.assert_allclose(at(course.met(waves())), expected, rtol=0, atol=1e-11)
 
 
-def test_some_waves_are_overtaken():
-    met = COURSES[-1].frequency(waves().angular_frequency)
-    assert (met < 0.0).any()
-    assert (met > 0.0).any()
-    periods = COURSES[-1].met(waves()).period
-    np.testing.assert_allclose(2.0 * np.pi / periods, np.abs(met), rtol=1e-14)
-
-
 @pytest.mark.parametrize('course', COURSES, ids=str)
 def test_roll_under_way_solves_its_equation(course):
     """The slope to port at the ship, d/dy of a cos(omega t - k (x cos mu + y sin mu))."""

@@ -20,6 +20,8 @@ from tauto_core.voyage import sail
 
 DAY_S = 86_400.0
 G = 9.80665
+SIX = 'shipped:supply_rao/supply_six.csv'
+CAPSIZES = {'shape': 'deptford', 'centre_of_gravity': 0.8}
 CLOCK = """\
 name: in_a_hull
 duration: 36000.0
@@ -142,26 +144,14 @@ def test_a_hull_sets_the_cutoff_of_the_sea(scene: Any) -> None:
         ({'ship.hull': {'shape': 'sloop', 'length': 440.0}}, 'ship.hull.length', '400'),
         ({'ship.hull': {'length': 30.0}}, 'ship.hull', 'neither a shape nor a path'),
         ({'ship.hull': {'path': 'none.npz'}}, 'ship.hull.path', 'no such file'),
-        (
-            {'ship.hull': {'shape': 'deptford', 'centre_of_gravity': 0.8}},
-            'ship.hull.centre_of_gravity',
-            'below the metacentre, 0.699 m .* capsizes',
-        ),
-        (
-            {'ship.rao': {'path': 'shipped:supply_rao/supply_six.csv'}},
-            'ship.rao',
-            'does not go with ship.roll',
-        ),
+        ({'ship.hull': CAPSIZES}, 'ship.hull.centre_of_gravity', 'metacentre, 0.699 m .* caps'),
+        ({'ship.rao': {'path': SIX}}, 'ship.rao', 'does not go with ship.roll'),
         ({'ship.clock': {'forward': 30.0}}, 'ship.clock.forward', 'outside the hull'),
         ({'ship.height': -9.0}, 'ship.height', 'outside the hull'),
         ({'ship.speed': 12.0}, 'ship.speed', 'Froude'),
         ({'ship.roll.natural_period': 2.0}, 'ship.roll.natural_period', 'period'),
         ({'without': ('hull:',)}, 'ship.roll.slope_coefficient', 'no hull'),
-        (
-            {'without': ('hull:',), 'ship.roll.slope_coefficient': 0.7},
-            'ship.clock',
-            'a place in a hull',
-        ),
+        ({'without': ('hull:',), 'ship.roll.slope_coefficient': 0.7}, 'ship.clock', 'in a hull'),
         (
             {'trochlea.plane': 'free', 'trochlea.thread': {'kind': 'hole', 'distance': 0.08},
              'trochlea.cam': {'kind': 'hole', 'lever_rate': 0.01}},
@@ -178,7 +168,7 @@ def test_refused(scene: Any, changes: dict[str, Any], key: str, said: str) -> No
 
 def test_a_hull_with_an_operator_and_without_a_roll_is_refused(scene: Any) -> None:
     with pytest.raises(SceneError, match=r'does not go with ship\.rao: the motions') as caught:
-        scene(('roll:',), **{'ship.rao': {'path': 'shipped:supply_rao/supply_six.csv'}})
+        scene(('roll:',), **{'ship.rao': {'path': SIX}})
     assert caught.value.key == 'ship.hull'
 
 

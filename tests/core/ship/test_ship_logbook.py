@@ -162,6 +162,7 @@ def test_long_names_and_names_of_several_lines_are_cut(tmp_path, own):
     assert scene.voyage.log.passage == one.name
 
 
+WITHOUT = 'entries without a wind'
 SILENT = ROWS.replace('270,6.7', '362,6.7').replace(',270,9.3,', ',,,')
 
 
@@ -176,7 +177,7 @@ SILENT = ROWS.replace('270,6.7', '362,6.7').replace(',270,9.3,', ',,,')
         (SILENT, ['3 of 4 entries without a wind, 1 variable']),
         (
             SILENT.replace(',180,9.3,', ',,,'),
-            ['4 of 4 entries without a wind, 1 variable: no sea grows from it'],
+            [f'4 of 4 {WITHOUT}, 1 variable: no sea grows from it'],
         ),
     ],
 )

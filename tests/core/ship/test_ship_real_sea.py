@@ -78,16 +78,6 @@ def test_the_supply_vessel_rolls_as_published():
     assert rms == pytest.approx(0.5135, rel=0.01)
 
 
-def test_the_operators_peak_is_the_published_one():
-    """0.0543 rad/m at 9.50 s, in beam seas."""
-    rao = scene().ship.rao
-    size = np.hypot(rao.roll_real, rao.roll_imaginary)
-    assert size.max() == pytest.approx(0.0543, abs=5e-5)
-    assert 2.0 * np.pi / rao.angular_frequency[int(np.argmax(size))] == pytest.approx(
-        9.5, abs=0.01
-    )
-
-
 def test_metadata_say_how_the_sea_is_met():
     ready = load_scene('buoy_44004_supply')
     told = ShipMotion(ready).metadata

@@ -138,8 +138,8 @@ REFUSED = [
     ('\n'.join(rows(3)), {}, r'has 3 samples, fewer than the 4'),
     (
         '\n'.join(rows()),
-        {'roll_column': 'heel_deg'},
-        r'heel_deg: is missing; the columns are t_s, roll_deg',
+        {'roll_column': 'x_deg'},
+        'x_deg: is missing; the columns are t_s, roll_deg',
     ),
     ('\n'.join(rows(header='t_s,t_s')), {'roll_column': 't_s'}, r'roll_column.*_rad or _deg'),
     ('\n'.join(rows()), {'roll_column': 'roll'}, r"roll_column = 'roll'.*_rad or _deg"),

@@ -25,7 +25,6 @@ from tauto_core.ship.sampling import (
     MAX_STRIDE,
     RATES_HZ,
     ROLL_BEFORE,
-    ROUNDING,
     _remainder,
 )
 
@@ -108,13 +107,6 @@ def test_a_clock_with_an_escapement_counts_its_first_window_once():
     assert fixed[0] < hung[0] < wide[0]
     assert fixed[0] <= 0.5 * fixed[1]
     assert hung[0] <= 0.5 * hung[1] == 0.5 * wide[1]
-
-
-def test_samples_cannot_be_better_than_rounding():
-    """A rate is found although no error of interpolation falls below it."""
-    assert 0.0 < ROUNDING < 1e-12
-    scene = load_scene('involute_weight_at_sea', **{'solver.accuracy': 1e-9})
-    assert scene.ship.rate <= 40.0
 
 
 # scene, changes, duration

@@ -1,13 +1,12 @@
 """What an IMU reads on a ship with six motions, and the force that a thread can follow."""
 
-import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from tauto_core.samples import READING, SHIP_IMU, FloatArray, ImuSamples, SpatialImu, join, take
+from tauto_core.samples import FloatArray, ImuSamples, SpatialImu, join, take
 from tauto_core.scene import Scene, load_scene
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.imu import (
@@ -15,12 +14,10 @@ from tauto_core.ship.imu import (
     ThreadPlane,
     force_in_plane,
     imu_from_motions,
-    imu_from_roll,
     message,
     parted,
 )
 from tauto_core.ship.waves import Harmonics, SampledHarmonics
-from tauto_core.voyage import sail
 
 G = 9.81
 N = 400
@@ -60,28 +57,6 @@ def test_the_turning_is_the_derivative_of_the_orientation() -> None:
     np.testing.assert_allclose(imu.angular_velocity, found, atol=1e-9)
 
 
-def test_six_motions_with_roll_alone_read_like_a_roll() -> None:
-    angle, rate, (_, y, z) = motion()
-    none = np.zeros(N)
-    flat = ShipAngles(angle.roll, none, none), ShipAngles(rate.roll, none, none)
-    six = imu_from_motions(np.arange(N), *flat, (none, y, z), G)
-    sine, cosine = np.sin(angle.roll), np.cos(angle.roll)
-    planar = imu_from_roll(
-        np.arange(N),
-        angle.roll,
-        rate.roll,
-        y * cosine + (z + G) * sine,
-        (z + G) * cosine - y * sine,
-    )
-    np.testing.assert_allclose(six.orientation, planar.orientation, atol=2e-16)
-    np.testing.assert_array_equal(six.angular_velocity, planar.angular_velocity)
-    np.testing.assert_allclose(six.linear_acceleration, planar.linear_acceleration, atol=1e-14)
-    for plane in ('free', 'vertical', 'ship'):
-        np.testing.assert_allclose(
-            force_in_plane(six, plane)[:, 1:], planar.linear_acceleration[:, 1:], atol=2e-14
-        )
-
-
 def test_a_free_thread_pulls_with_the_whole_force() -> None:
     angle, rate, acceleration = motion()
     imu = imu_from_motions(np.arange(N), angle, rate, acceleration, G)
@@ -101,19 +76,6 @@ def test_gimbals_leave_the_force_of_a_plane_that_only_rolls() -> None:
     level = np.stack(acceleration, axis=1) + np.array([0.0, 0.0, G])
     case = turned(ShipAngles(angle.roll, np.zeros(N), angle.yaw)).inv().apply(level)
     np.testing.assert_allclose(force_in_plane(imu, 'vertical')[:, 1:], case[:, 1:], atol=1e-14)
-
-
-@pytest.mark.parametrize('plane', ['free', 'vertical', 'ship'])
-def test_pitch_alone_costs_only_the_plane_that_pitches(plane: str) -> None:
-    """hull.md: a plane that pitches by θ with the ship feels g cos θ, the others g."""
-    pitch = np.linspace(-0.3, 0.3, 61)
-    none = np.zeros(61)
-    still = ShipAngles(none, none, none)
-    imu = imu_from_motions(np.arange(61), ShipAngles(none, pitch, none), still, (none,) * 3, G)
-    force = force_in_plane(imu, plane)
-    size = np.hypot(force[:, 1], force[:, 2])
-    expected = G * np.cos(pitch) if plane == 'ship' else np.full(61, G)
-    np.testing.assert_allclose(size, expected, rtol=4 * math.ulp(1.0))
 
 
 ROLL = {'natural_period': 11.0, 'damping_ratio': 0.08}
@@ -151,17 +113,6 @@ def test_what_a_clock_needs_has_the_bits_of_the_whole_message(changing: bool) ->
             turned = imu.angular_velocity
             assert turned.tobytes() == whole.angular_velocity[part].tobytes()
         assert force.angular_velocity.shape == turning.linear_acceleration.shape == (0, 3)
-
-
-def test_logging_the_motion_does_not_change_the_reading() -> None:
-    scene = at_sea()
-    one, other = (
-        sail(scene.model_copy(update={'log': scene.log.model_copy(update={'motion': logged})}))
-        for logged in (True, False)
-    )
-    assert (SHIP_IMU in one.samples, SHIP_IMU in other.samples) == (True, False)
-    said = [each.samples[READING] for each in (one, other)]
-    assert said[0].time_ref_ns.tobytes() == said[1].time_ref_ns.tobytes()
 
 
 def test_parts_that_fit_the_cache_have_the_bits_of_the_whole(monkeypatch):
