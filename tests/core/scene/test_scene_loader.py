@@ -52,10 +52,7 @@ def test_shipped_data_are_those_of_the_source() -> None:
 
 
 def test_regulators_beat_seconds_or_half_seconds() -> None:
-    """T0 = 2π √(I/(P r)) within 30 % of a second, of two in 1724 and 1727: the stated design.
-
-    A wheel whose centre of mass hangs below its axle adds its weight times that distance to P r.
-    """
+    """T0 = 2π √(I/(P r)) within 30 % of the design. A low centre of mass adds to P r."""
     for name in shipped_scenes():
         scene = load_scene(name)
         if scene.trochlea is None:

@@ -1,7 +1,4 @@
-"""Coefficients of a hull from boundary elements: panels and refusals.
-
-`test_hull` checks the shipped tables, `make stress` the method.
-"""
+"""Coefficients of a hull from boundary elements: panels and refusals. `test_hull` has the rest."""
 
 import math
 import sys

@@ -228,9 +228,7 @@ def test_downward_force_is_negative_and_smooth():
 
 
 def test_a_ship_that_pitches_and_yaws_rolls_as_attitude_says():
-    """For any orientation, roll and its rate are those at which the pieces begin, with half turns
-    unwrapped.
-    """
+    """Roll, half turns unwrapped, and its rate are those at which the pieces begin."""
     times, t = np.arange(60) * STEP, np.arange(60) * 0.05
     angles = np.stack([2.0 * t, 0.4 * np.sin(t), 3.0 + 0.5 * t], axis=1)
     velocity = np.random.default_rng(2).normal(size=(60, 3))

@@ -42,11 +42,7 @@ def states_of(scene: Scene):
 
 
 def test_height_is_log_normal_with_the_given_memory():
-    """Over 20 seeds of 1601 states, with four standard deviations of each mean as the limit.
-
-    n states count for n (1 − ρ)/(1 + ρ) independent ones in the mean, with ρ² in the mean square.
-    The difference of a state from ρ times the one before is white, of variance 1 − ρ².
-    """
+    """Four standard deviations. Of n states n (1 − ρ)/(1 + ρ) count in means, with ρ² in squares."""
     scene = scene_of(OWN)  # to load it takes longer than to draw its seas
     seeds = (scene.model_copy(update={'seed': seed}) for seed in range(20))
     heights = [[state.height for state in states_of(each)] for each in seeds]

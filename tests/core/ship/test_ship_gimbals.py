@@ -50,10 +50,7 @@ def pieces(seconds, step_s=0.01):
 
 
 def simulated(times, damping, friction, pull=None, released=0.0):
-    """φ and the wheel's ψ at the times by DOP853 between events, and how often the pivots held.
-
-    The wheel feels P b (ψ − φ)/I = pull(t, φ, φ̇, φ̈) (ψ − φ), or stands still without `pull`.
-    """
+    """φ and ψ by DOP853 between events, and how often the pivots held. Without `pull` ψ rests."""
     sway, lift, _, rho1, _ = ship_at(0.0)
     tilt = math.atan2(-sway, lift)
     seen_at, t, end, held = np.empty((2, len(times))), 0.0, times[-1], 0
@@ -167,12 +164,9 @@ def scene_of(power='weight', plane=None, **suspension):
     [('weight', 0.1, 0.0, 1e-10), ('weight', 0.0, 0.04, 6e-6), ('force', 0.0, 0.04, 4e-7)],
 )
 def test_the_wheel_in_gimbals_follows_dop853(power, damping, friction, close):
-    """Case and wheel together. The samples of the case cost 1e-11 of the swing.
+    """Where pivots hold or turn back φ̈ jumps by 2f = 2.3 rad/s²: polynomials err by jump · h²/8.
 
-    When pivots hold, or slide the other way, φ̈ jumps by up to 2f = 2.3 rad/s². A polynomial
-    between samples h = 6.25 ms apart then errs by some jump · h²/8, 1e-5 rad, for a step or two.
-    A weight depends on φ̈ itself. Some 1e-6 rad for each of half a jump a second, of either sign,
-    are 3e-5 s/day.
+    h is 6.25 ms: 1e-5 rad for a step or two. A weight depends on φ̈ itself.
     """
     scene = scene_of(power, damping_ratio=damping, friction_angle=friction)
     batches: list[Batches] = []

@@ -110,9 +110,7 @@ def test_covariances_are_positive_on_the_diagonal_alone():
 
 
 def test_orientation_and_gravity_at_any_roll():
-    """The reference has 30 digits. Allowed is a unit in the last place of 1, and two of g for each
-    component.
-    """
+    """In 30 digits. Allowed is a unit in the last place of 1, and two of g for each component."""
     roll = np.linspace(-3.2, 3.2, 641)
     zero = np.zeros(641)
     imu = imu_samples(np.arange(641), roll, 2.0 * roll, zero, None, 0.0, 1.0)

@@ -24,9 +24,7 @@ def conditions(stride, slopes):
 @pytest.mark.parametrize('stride', range(1, MAX_STRIDE + 1))
 @pytest.mark.parametrize('slopes', [False, True])
 def test_polynomials_are_reproduced_over_several_samples(slopes, stride):
-    """They have the highest degree that the conditions fix, in every block of rows, and with odd
-    rows only.
-    """
+    """Of the highest degree that the conditions fix, in every block of rows and in odd rows."""
     degree = conditions(stride, slopes) - 1
     exact = np.polynomial.Polynomial(np.random.default_rng(3).normal(size=degree + 1))
     stamps = np.arange(2 * MAX_STRIDE + 3 * 256) * STEP

@@ -55,9 +55,7 @@ def test_direction_and_pull_are_smooth_down_to_weightlessness():
 
 
 def test_a_direction_does_not_depend_on_its_neighbours():
-    """In any batch there are moderate and steep tilts, and forces that point down, across and
-    nowhere.
-    """
+    """Moderate and steep tilts, and forces that point down, across and nowhere, in any batch."""
     rng = np.random.default_rng(8)
     angles = rng.uniform(-1.5, 1.5, 64)
     angles[32:] *= 2.0

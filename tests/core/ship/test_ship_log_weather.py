@@ -142,11 +142,7 @@ def sailed(scene, parts=1):
 
 
 def test_a_logged_passage_in_two_parts_has_the_bits_of_one():
-    """Sea, motion, air and reading, out of the harbour and over two turns.
-
-    The run goes on from its saved state, or is shorter, or the log ends soon after the run and
-    not eight hours later.
-    """
+    """Resumed, or shorter, or with a log that ends soon after the run, not eight hours later."""
     entries = [
         (f'1791-10-26T{hour:02}:00', 28.0 - 0.05 * hour, -16.5, 15.0 * hour, 9.0, 20.0 + hour)
         for hour in (8, 10, 12, 14, 18, 22)

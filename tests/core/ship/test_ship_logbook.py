@@ -12,7 +12,7 @@ from cliwoc import release_21
 
 import tauto_core as tauto
 from tauto_core.scene import SceneError, load_scene, parse_scene, scene_yaml
-from tauto_core.scene.loader import read_mapping, write_mapping
+from tauto_core.scene.loader import write_mapping
 from tauto_core.scene.sections import nautical_miles
 from tauto_core.ship import Passage
 from tauto_core.ship.airs import departures
@@ -321,17 +321,6 @@ def test_weather_and_air_by_a_log_need_one():
     assert isinstance(scene.ship, SeaShip)
     with pytest.raises(SceneError, match='log-book'):
         scene.ship.states(scene)
-
-
-def test_any_clock_sails_a_passage(tmp_path):
-    text = (SHIPPED / 'portsmouth_jamaica.yaml').read_text(encoding='utf-8')
-    passage = find_passage(book(tmp_path), 'A-1')
-    made = scene_of_passage(read_mapping(text, 'portsmouth_jamaica'), passage, harbour_days=1.0)
-    scene = parse_scene(write_mapping(made), 'made')
-    assert scene.name == 'portsmouth_jamaica A-1'
-    assert scene.trochlea == load_scene('portsmouth_jamaica').trochlea
-    assert scene.air.diurnal == 2.0
-    assert scene.duration == 5 * 86_400.0 + 60.0
 
 
 def logged(days=30, begins='1785-08-01T13:00', at=(48.0, -10.0), made=(-0.9, -0.6), hours=24):

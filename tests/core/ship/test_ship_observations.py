@@ -15,22 +15,10 @@ S = 1_000_000_000
 PORTS = {'departure': [50.37, -4.14], 'arrival': [17.93, -76.84]}
 
 
-def scene_of(
-    duration: float = 1000.0,
-    interval: float = 100.0,
-    sigma: float = 0.5,
-    seed: int = 7,
-    voyage: dict[str, Any] | None = None,
-) -> Scene:
-    return load_scene(
-        'ideal',
-        duration=duration,
-        seed=seed,
-        starts_at=50.0,
-        log={'interval': 10.0},
-        drift={'observation_interval': interval, 'observation_sigma': sigma},
-        voyage=None if voyage is None else {**PORTS, **voyage},
-    )
+def scene_of(duration=1000.0, interval=100.0, sigma=0.5, seed=7, voyage=None, **drift) -> Scene:
+    keys = {'duration': duration, 'seed': seed, 'starts_at': 50.0, 'log': {'interval': 10.0}}
+    drift |= {'observation_interval': interval, 'observation_sigma': sigma}
+    return load_scene('ideal', **keys, drift=drift, voyage=voyage and {**PORTS, **voyage})
 
 
 @pytest.mark.parametrize(
@@ -111,17 +99,8 @@ def test_asking_in_parts_gives_the_same(cuts):
 VOYAGE = {'sails_at': 200.0, 'arrives_at': 40_000.0}
 
 
-def at_sea(voyage=VOYAGE, seed=7, **drift) -> Scene:
-    drift = {'observation_interval': 100.0, 'observation_sigma': 0.5, **drift}
-    return load_scene(
-        'ideal',
-        duration=40_100.0,
-        seed=seed,
-        starts_at=50.0,
-        log={'interval': 10.0},
-        drift=drift,
-        voyage={**PORTS, **voyage},
-    )
+def at_sea(seed: int = 7, **drift: Any) -> Scene:
+    return scene_of(40_100.0, seed=seed, voyage=VOYAGE, **drift)
 
 
 def test_lunar_distances_are_taken_between_the_ports_alone():
@@ -154,19 +133,14 @@ def test_clouds_hide_their_share_and_change_nothing_else():
 
 
 @pytest.mark.parametrize(
-    ('drift', 'voyage', 'said'),
+    ('drift', 'said'),
     [
-        ({'lunars': {'interval': 15.0}}, VOYAGE, 'drift.lunars.interval = 15.0: is not a whole'),
-        ({'lunars': {'sigma': 0.0}}, VOYAGE, 'drift.lunars.sigma = 0.0: must be at least'),
-        ({'clouds': 1.1}, VOYAGE, 'drift.clouds = 1.1: must be at most 1'),
+        ({'lunars': {'interval': 15.0}}, 'drift.lunars.interval = 15.0: is not a whole'),
+        ({'lunars': {'sigma': 0.0}}, 'drift.lunars.sigma = 0.0: must be at least'),
+        ({'clouds': 1.1}, 'drift.clouds = 1.1: must be at most 1'),
+        ({'lunars': {}, 'voyage': None}, 'drift.lunars: needs a voyage'),
     ],
 )
-def test_what_cannot_be_observed_is_refused(drift, voyage, said):
-    with pytest.raises(SceneError) as caught:
-        at_sea(voyage, **drift)
-    assert said in str(caught.value)
-
-
-def test_lunars_need_a_voyage():
-    with pytest.raises(SceneError, match=r'drift\.lunars: needs a voyage'):
-        load_scene('ideal', drift={'lunars': {}})
+def test_what_cannot_be_observed_is_refused(drift, said):
+    with pytest.raises(SceneError, match=said):
+        scene_of(40_100.0, **{'voyage': VOYAGE, **drift})

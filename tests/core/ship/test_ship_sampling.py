@@ -35,10 +35,7 @@ ASKED = (1e-9, 1e-6, 1e-3, 1e-1)
 @pytest.mark.parametrize('slopes', [False, True])
 @pytest.mark.parametrize('stride', [3, MAX_STRIDE])
 def test_the_remainder_is_that_of_the_polynomials_of_a_piece(stride, slopes, inside):
-    """The largest error of a wave of any phase, from e^{iΩt}.
-
-    The first window begins at its piece, another has samples on either side.
-    """
+    """The largest error of e^{iΩt}. Only the first window has no samples before its piece."""
     h_s, omega = 0.25, 2.0
     before = (ROLL_BEFORE if slopes else FORCE_BEFORE) * inside
     stamps = (np.arange(stride + 9) - before) * round(h_s * 1e9)
@@ -68,34 +65,22 @@ def test_finer_accuracies_need_higher_rates_and_the_bag_has_them():
             assert parse_scene(scene_yaml(scene), 'bag') == scene
 
 
-def test_an_accuracy_replaces_tolerance_and_rate():
-    scene = load_scene('clock_involute_weight', **{'solver.accuracy': 1e-3})
-    assert scene.solver is not None
-    assert (scene.solver.accuracy, scene.solver.tolerance) == (1e-3, None)
-    kept = load_scene('clock_involute_weight', **{'solver.accuracy': 1e-3, 'ship.rate': 20.0})
-    assert kept.ship.rate == 20.0
-
-
-def test_the_default_accuracy_is_a_millionth_of_a_second_a_day():
+def test_accuracy_or_a_stated_tolerance_and_rate_rule():
+    """The default accuracy is a millionth of a second a day. What a scene states stays."""
     name = 'involute_weight_at_sea'
     scene = load_scene(name)
     assert (scene.solver, scene.accuracy) == (None, ACCURACY)
     assert scene.ship.rate == load_scene(name, **{'solver.accuracy': ACCURACY}).ship.rate < 20.0
     assert tolerance(scene, compile_machine(scene)) == pytest.approx(1e-3 * ACCURACY)
-
-
-def test_rate_and_tolerance_that_a_scene_states_stay():
-    name = 'involute_weight_at_sea'
-    assert load_scene(name, **{'ship.rate': 20.0}).ship.rate == 20.0
+    coarse = load_scene(name, **{'solver.accuracy': 1e-3, 'ship.rate': 20.0})
+    assert (coarse.solver.tolerance, coarse.ship.rate) == (None, 20.0)
     stated = load_scene(name, **{'solver.tolerance': 1e-11})
     assert (stated.accuracy, stated.ship.rate) == (None, 20.0)
     assert tolerance(stated, compile_machine(stated)) == 1e-11
 
 
 def test_a_clock_with_an_escapement_counts_its_first_window_once():
-    """At a coarser accuracy than the default. At the default, or in a widely swinging case, the
-    window counts as all.
-    """
+    """At the default accuracy, or in a widely swinging case, the window counts as all."""
     name, widely = 'clock_involute_weight', {'suspension.large_angles': True}
     fixed, hung, wide = (
         [
@@ -157,10 +142,7 @@ STEEP_WEIGHT = {
 def steep_sea(
     height: float, *, waves: int, hull: bool, rate: float | None = None, lasts_s: float = 1800.0
 ) -> Scene:
-    """Return half an hour in a beam sea with its peak at the roll period, 9 s.
-
-    With a rate, that and a fine tolerance are stated.
-    """
+    """A beam sea with its peak at the roll period, 9 s. A rate comes with a fine tolerance."""
     roll = {'natural_period': 9.0, 'damping_ratio': 0.03}
     rolls = {'hull': 'deptford', 'height': 3.0} if hull else {'height': 6.0}
     sea = {
@@ -199,9 +181,7 @@ def test_hulls_and_hundreds_of_waves_have_overtones_too(hull, waves, height, coa
 
 
 def test_a_sea_too_steep_for_any_rate_is_reported():
-    """At 7 m the case leans so far from the apparent vertical, at 1.18 rad, that the thread cannot
-    follow it: its law changes there, and the reading errs by 1e-3 s at 8 Hz and 1e-4 s at 40 Hz.
-    """
+    """At 1.18 rad the thread cannot follow: its law changes, and 40 Hz still err by 1e-4 s."""
     steep = sail(steep_sea(7.0, waves=64, hull=True, lasts_s=600.0))
     assert any('solver.accuracy' in warning for warning in steep.result['warnings'])
     assert steep.result['accuracy']['bound_s_per_day'] > 1e-3
@@ -244,10 +224,7 @@ HANGING: dict[str, Any] = {
 
 @pytest.mark.parametrize(('content', 'coarse_hz'), [(LEVER, 8.0), (HANGING, 5.0)])
 def test_a_steep_roll_has_overtones_which_its_waves_have_not(content, coarse_hz):
-    """Without a stated accuracy there is no bound, so the default must hold in any sea. At the 8
-    and 5 Hz that do for the waves of the roll alone, the readings err by 0.05 and 0.002 s: against
-    those at 50 Hz, which DOP853 has too, written from the Lagrangians.
-    """
+    """At 8 and 5 Hz, enough for the waves alone, readings err by 0.05 and 0.002 s."""
     readings = [sail(built(content)).clock_error_s]
     for rate in (coarse_hz, 50.0):
         sampled = built(
@@ -260,9 +237,7 @@ def test_a_steep_roll_has_overtones_which_its_waves_have_not(content, coarse_hz)
 
 
 def test_the_first_window_of_a_thread_that_swings_counts_as_all():
-    """The roll excites the thread near its own 3.8 s. An escapement does not damp it, so it keeps
-    the error of the first window: counted once, the readings err by 6e-4 s, not 1e-4 s.
-    """
+    """An undamped thread keeps the first window's error: counted once it is 6e-4 s."""
     trochlea = {**HANGING['trochlea'], 'thread': {'kind': 'hanging', 'length': 3.63}}
     content = {
         **HANGING,
@@ -279,9 +254,7 @@ def test_the_first_window_of_a_thread_that_swings_counts_as_all():
 
 
 def test_a_cheek_without_an_escapement_reaches_the_default():
-    """Its energy errs at every kink, and its rate more and more: in an hour by 6e-7 s at the
-    tolerance for cheeks with an escapement.
-    """
+    """Its energy errs at every kink: in an hour by 6e-7 s at the tolerance with an escapement."""
     ship = rolling(4.2, (0.025, 10.13, 0.73), (0.048, 14.11, 1.06), (0.049, 12.65, 2.97))
     content = {
         'duration': 3600.0,
@@ -307,11 +280,7 @@ def test_a_chaotic_clock_is_promised_no_accuracy():
 
 
 def test_the_bound_of_a_run_of_seconds_holds():
-    """Half a minute with four samples a log interval, which admits no closer log.
-
-    A trial logged more closely would take pieces of half that length with a tenth of
-    the error: its bound would be a third of the actual error, 1.2e-8 s by DOP853.
-    """
+    """With four samples a log interval. A closer log would give a third of the error by DOP853."""
     asked = parse_scene(
         """
         name: seconds

@@ -129,10 +129,7 @@ def test_harmonic_sway_is_answered_in_closed_form(frequency, size, rate, seconds
 
 
 def test_full_equations_follow_dop853_on_a_rolling_support():
-    """The whole roll is given to the reference, turning the support too: only its centre counts.
-
-    Against the exact motion: at 50 Hz sampling and interpolation leave some 1e-11 rad.
-    """
+    """The support turns too, but its centre counts. Interpolation at 50 Hz leaves 1e-11 rad."""
     rolls, heaves, height = [(0.25, 6.1, 0.4), (0.1, 3.3, 1.0)], [(0.4, 5.3, 0.2)], -4.0
     names = 'amplitude', 'period', 'phase'
     scene = rolling(

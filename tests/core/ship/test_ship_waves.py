@@ -88,9 +88,7 @@ def test_an_awkward_step_keeps_its_phase():
 
 
 def test_phases_all_round_the_circle_are_right_to_rounding():
-    """With the bounds of the octants. Products and sums up to 1 leave two units in the last
-    place.
-    """
+    """At the bounds of the octants too. Two units in the last place, from products and sums."""
     for eps in np.linspace(-np.pi, np.pi, 17):
         harmonics = Harmonics(np.ones(1), np.array([10.0]), np.array([eps]))
         (value,) = SampledHarmonics(harmonics, STEP_NS).between(0, SUM_BLOCK, 0)
@@ -134,10 +132,7 @@ def test_bits_do_not_depend_on_the_split(made, first, cuts, backward):
 
 @pytest.mark.parametrize('begins_s', [0.0, 5_000_000.0])
 def test_value_rate_and_acceleration_are_those_of_the_definition(begins_s):
-    """A sea that fades into another, that into a calm, and out of the calm again.
-
-    Each sum is off by at most 1.2e-13 rad of phase after 100 days, and by rounding.
-    """
+    """Two seas and a calm. A sum is off by 1.2e-13 rad at most after 100 days, and by rounding."""
     length_s = 600.0
     at_ns = tuple(round(S * (begins_s + length_s * k)) for k in range(4))
     fades = Fades(at_ns, (0, 1, 2, 3), SUMS.__getitem__)
