@@ -42,7 +42,7 @@ def states_of(scene: Scene):
 
 
 def test_height_is_log_normal_with_the_given_memory():
-    """Four standard deviations. Of n states n (1 − ρ)/(1 + ρ) count in means, with ρ² in squares."""
+    """Four standard deviations. Of n states n (1 − ρ)/(1 + ρ) count, with ρ² in squares."""
     scene = scene_of(OWN)  # to load it takes longer than to draw its seas
     seeds = (scene.model_copy(update={'seed': seed}) for seed in range(20))
     heights = [[state.height for state in states_of(each)] for each in seeds]

@@ -41,7 +41,7 @@ def waves(omega: FloatArray) -> Harmonics:
 
 @pytest.mark.parametrize('degrees', [0, 30, 90, 155, 180, 215, 300])
 def test_long_waves_move_the_supply_vessel_as_they_move_water(degrees: int) -> None:
-    """Orbits of the surface, −i, and its slope, i k. By the README roll has 1.6, pitch 1.03 of it."""
+    """Orbits of the surface, −i, and its slope, i k. By the README roll has 1.6 of it."""
     heading = math.radians(degrees)
     omega = np.array([0.1])
     found = operator_answer(waves(omega), operator(), Encounter(0.0, heading, G), heave=False)
