@@ -1,9 +1,11 @@
-"""Modules of files that lie in no package, such as docs/trial.py."""
+"""Modules of files that lie in no package, such as docs/trial.py, and programs."""
 
 import importlib.util
+import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType
+from typing import Any
 
 
 def module_of(path: Path) -> ModuleType:
@@ -15,3 +17,9 @@ def module_of(path: Path) -> ModuleType:
     sys.modules[path.stem] = module
     spec.loader.exec_module(module)
     return module
+
+
+def run_program(*words: str | Path, **options: Any) -> subprocess.CompletedProcess[str]:
+    """Run a program to its end; return its exit code and its output."""
+    options = {'timeout': 600.0, **options}
+    return subprocess.run(words, capture_output=True, text=True, check=False, **options)

@@ -2,41 +2,23 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
 import sys
 import xml.etree.ElementTree as ET
 from pathlib import Path
+from subprocess import CompletedProcess
 
 import pytest
+from modules import run_program
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ('tauto_core', 'tauto_nodes')
-NODES = {
-    'ship_motion',
-    'trochlea',
-    'drift_estimator',
-    'longitude',
-    'recorder',
-    'player',
-    'markers',
-}
-
-
-def run(*command: str | Path, **environment: str) -> subprocess.CompletedProcess[str]:
-    return subprocess.run(
-        [str(word) for word in command],
-        cwd=ROOT / 'ros_ws',
-        env=os.environ | environment,
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=600.0,
-    )
+STAGES = ['trochlea', 'drift_estimator', 'longitude']
+NODES = ['ship_motion', *STAGES, 'recorder', 'player', 'markers']
 
 
 def colcon(log: Path, *arguments: str | Path) -> str:
-    result = run(sys.executable, '-m', 'colcon', '--log-base', log, *arguments)
+    command = (sys.executable, '-m', 'colcon', '--log-base', log)
+    result = run_program(*command, *arguments, cwd=ROOT / 'ros_ws')
     assert result.returncode == 0, result.stderr
     return result.stdout
 
@@ -49,8 +31,8 @@ def install(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return base / 'install'
 
 
-def sourced(install: Path, *command: str | Path) -> subprocess.CompletedProcess[str]:
-    return run('bash', '-c', '. "$0" && exec "$@"', install / 'setup.bash', *command)
+def sourced(install: Path, *command: str | Path) -> CompletedProcess[str]:
+    return run_program('bash', '-c', '. "$0" && exec "$@"', install / 'setup.bash', *command)
 
 
 def test_colcon_takes_both_for_ros_packages(tmp_path: Path) -> None:
@@ -60,7 +42,7 @@ def test_colcon_takes_both_for_ros_packages(tmp_path: Path) -> None:
 
 def test_executables_are_where_ros2_run_looks(install: Path) -> None:
     nodes = install / 'tauto_nodes' / 'lib' / 'tauto_nodes'
-    assert {file.name for file in nodes.iterdir()} >= NODES
+    assert {file.name for file in nodes.iterdir()} >= set(NODES)
     assert (install / 'tauto_core' / 'lib' / 'tauto_core' / 'tauto').exists()
 
 
@@ -94,7 +76,7 @@ def test_the_installed_core_carries_its_scenes_and_data(install: Path) -> None:
     assert Path(where).is_relative_to(install)
 
 
-@pytest.mark.parametrize('node', sorted(NODES))
+@pytest.mark.parametrize('node', NODES)
 def test_an_installed_node_refuses_an_unknown_parameter(install: Path, node: str) -> None:
     program = install / 'tauto_nodes' / 'lib' / 'tauto_nodes' / node
     result = sourced(install, program, '--ros-args', '-p', 'no_such_parameter:=1')

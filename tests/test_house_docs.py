@@ -6,7 +6,6 @@ import json
 import math
 import re
 import shlex
-import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType
@@ -16,7 +15,7 @@ import numpy as np
 import pytest
 import yaml
 from matplotlib.image import imread
-from modules import module_of
+from modules import module_of, run_program
 
 import tauto_core as tauto
 from tauto_core.ensembles.comparison import CLOCKS
@@ -194,9 +193,7 @@ def test_the_python_of_the_readme_runs(tmp_path: Path) -> None:
     end = next(k for k in range(start, len(lines)) if lines[k] and not lines[k].startswith(' '))
     program = '\n'.join(line[4:] for line in lines[start:end]).strip()
     assert len(program.splitlines()) <= 10
-    run = subprocess.run(
-        [sys.executable, '-c', program], cwd=tmp_path, capture_output=True, text=True, check=False
-    )
+    run = run_program(sys.executable, '-c', program, cwd=tmp_path)
     assert run.returncode == 0, run.stderr
     assert (tmp_path / 'error.png').read_bytes().startswith(b'\x89PNG')
 

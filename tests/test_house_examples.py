@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
+from modules import run_program
 
 DOCS = Path(__file__).parents[1] / 'docs'
 EXAMPLES = sorted((DOCS / 'examples').glob('*.py'))
@@ -22,14 +22,8 @@ WRITTEN = {
 
 @pytest.mark.parametrize('example', EXAMPLES, ids=lambda file: file.stem)
 def test_it_runs_and_writes_what_it_says(example: Path, tmp_path: Path) -> None:
-    run = subprocess.run(
-        [sys.executable, '-W', 'error', str(example)],
-        cwd=tmp_path,
-        env={**os.environ, 'MPLBACKEND': 'agg'},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    environment = {**os.environ, 'MPLBACKEND': 'agg'}
+    run = run_program(sys.executable, '-W', 'error', example, cwd=tmp_path, env=environment)
     assert run.returncode == 0, run.stderr
     assert sorted(file.name for file in tmp_path.iterdir()) == WRITTEN[example.stem]
     assert run.stdout or WRITTEN[example.stem]
@@ -46,13 +40,8 @@ def test_they_are_short_and_a_page_leads_to_each() -> None:
 def test_the_fleets_of_several_clocks_are_compared(tmp_path: Path) -> None:
     """The command of docs/which_clock.md, for two ships that hardly leave their moorings."""
     figure = tmp_path / 'which_clock.svg'
-    few = ['--ships', '2', '--jobs', '1', '--part', '0.001', '--plot', str(figure)]
-    run = subprocess.run(
-        [sys.executable, str(DOCS / 'img' / 'which_clock.py'), *few],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    few = ('--ships', '2', '--jobs', '1', '--part', '0.001', '--plot', figure)
+    run = run_program(sys.executable, DOCS / 'img' / 'which_clock.py', *few)
     assert run.returncode == 0, run.stderr
     rows = run.stdout.splitlines()
     assert [row.count('100 % (34–100)') for row in rows[2:]] == [3] * 6

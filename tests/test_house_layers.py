@@ -12,33 +12,10 @@ import pytest
 SRC = Path(__file__).parents[1] / 'src'
 CORE = SRC / 'tauto_core' / 'tauto_core'
 WELCOME = {
-    'allantools',
-    'build123d',
-    'capytaine',
-    'ezdxf',
-    'geographiclib',
-    'llvmlite',
-    'loky',
-    'gpxpy',
-    'h5netcdf',
-    'h5py',
-    'lz4',
-    'matplotlib',
-    'PIL',
-    'mcap',
-    'numpy',
-    'pandas',
-    'pyarrow',
-    'pydantic',
-    'pydantic_core',
-    'rich',
-    'rosbags',
-    'scipy',
-    'tauto_core',
-    'typer',
-    'xarray',
-    'yaml',
-    'zstandard',
+    *('allantools', 'build123d', 'capytaine', 'ezdxf', 'geographiclib', 'gpxpy', 'h5netcdf'),
+    *('h5py', 'llvmlite', 'loky', 'lz4', 'matplotlib', 'mcap', 'numpy', 'pandas', 'PIL'),
+    *('pyarrow', 'pydantic', 'pydantic_core', 'rich', 'rosbags', 'scipy', 'tauto_core'),
+    *('typer', 'xarray', 'yaml', 'zstandard'),
 }
 
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 from pathlib import Path
+from subprocess import CompletedProcess
 
 import pytest
+from modules import run_program
 
 ROOT = Path(__file__).parents[1]
 SOURCED = {
@@ -27,16 +28,10 @@ def script(path: Path, body: str) -> Path:
     return path
 
 
-def make_venv(folder: Path, python: Path | None = None) -> subprocess.CompletedProcess[str]:
+def make_venv(folder: Path, *python: Path) -> CompletedProcess[str]:
     """Run .ci/venv in a folder whose bin/ comes before everything else."""
-    return subprocess.run(
-        [ROOT / '.ci' / 'venv', *([python] if python else [])],
-        cwd=folder,
-        env={'PATH': f'{folder / "bin"}:/usr/bin:/bin'},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    path = {'PATH': f'{folder / "bin"}:/usr/bin:/bin'}
+    return run_program(ROOT / '.ci' / 'venv', *python, cwd=folder, env=path)
 
 
 @pytest.fixture
@@ -45,25 +40,30 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-def refused(run: subprocess.CompletedProcess[str], folder: Path, *words: str) -> bool:
+@pytest.mark.parametrize(
+    ('name', 'body', 'words'),
+    [
+        (
+            'uname',
+            'case $1 in -s) echo Linux;; *) echo aarch64;; esac',
+            ('x86-64', 'aarch64', 'tauto sail'),
+        ),
+        ('old', 'exit 1', ('3.11', 'bin/old', 'apt-get install')),
+        (
+            'bare',
+            'case "$2" in *ensurepip*) exit 1;; *) exit 0;; esac',
+            ('bin/bare', 'python3-venv'),
+        ),
+    ],
+)
+def test_a_processor_or_python_that_does_not_fit_is_refused(
+    name: str, body: str, words: tuple[str, ...], folder: Path
+) -> None:
+    program = script(folder / 'bin' / name, body)
+    run = make_venv(folder, *([program] if name != 'uname' else []))
     assert run.returncode == 1, run.stderr
     assert all(word in run.stderr for word in words), run.stderr
-    return not (folder / '.venv').exists()
-
-
-def test_another_processor_is_refused_and_told_what_works_there(folder: Path) -> None:
-    script(folder / 'bin' / 'uname', 'case $1 in -s) echo Linux;; *) echo aarch64;; esac')
-    assert refused(make_venv(folder), folder, 'x86-64', 'aarch64', 'tauto sail')
-
-
-def test_a_python_that_does_not_fit_is_refused_with_the_remedy(folder: Path) -> None:
-    old = script(folder / 'bin' / 'old', 'exit 1')
-    assert refused(make_venv(folder, old), folder, '3.11', str(old), 'apt-get install')
-
-
-def test_a_python_without_venv_is_refused_with_the_remedy(folder: Path) -> None:
-    bare = script(folder / 'bin' / 'bare', 'case "$2" in *ensurepip*) exit 1;; *) exit 0;; esac')
-    assert refused(make_venv(folder, bare), folder, str(bare), 'python3-venv')
+    assert not (folder / '.venv').exists()
 
 
 def test_a_name_without_a_program_behind_it_is_passed_over(folder: Path) -> None:
@@ -84,14 +84,9 @@ def children_see(folder: Path, sourced: dict[str, str]) -> tuple[str, dict[str, 
     makefile = folder / 'Makefile'
     makefile.write_text(f'include {ROOT}/Makefile\nshow: environment\n\t@env -0\n', 'utf-8')
     base = {k: v for k, v in os.environ.items() if k not in SOURCED and not k.startswith('MAKE')}
-    run = subprocess.run(
-        ['make', '--silent', '--file', makefile, 'show'],
-        cwd=folder,
-        env=base | sourced,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    command = ('make', '--silent', '--file', makefile, 'show')
+    run = run_program(*command, cwd=folder, env=base | sourced)
+    assert run.returncode == 0, run.stderr
     first, *rest = run.stdout.split('\0')
     said, _, pair = first.rpartition('\n')
     return said, dict(item.split('=', 1) for item in [pair, *rest] if '=' in item)
@@ -118,13 +113,7 @@ def test_a_foreign_bootstrap_guard_is_not_handed_on(tmp_path: Path) -> None:
 
 
 def test_sail_echoes_the_commands_it_runs() -> None:
-    run = subprocess.run(
-        ['make', '--dry-run', '--no-print-directory', 'sail'],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    run = run_program('make', '--dry-run', '--no-print-directory', 'sail', cwd=ROOT)
     assert run.stdout.splitlines()[-2:] == [
         '.venv/bin/tauto graph measured --speed 60 --out bags/out/measured --force',
         '.venv/bin/tauto sail portsmouth_jamaica --set ship.rate=2 --set solver.tolerance=1e-6',

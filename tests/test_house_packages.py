@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import shutil
-import subprocess
 import sys
 import tarfile
 import venv
@@ -14,6 +13,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from modules import run_program
 
 from tauto_core.version import BASE, code
 
@@ -21,9 +21,7 @@ ROOT = Path(__file__).parents[1]
 
 
 def run(*words: str | Path, cwd: Path | None = None) -> str:
-    done = subprocess.run(
-        [str(word) for word in words], capture_output=True, text=True, check=False, cwd=cwd
-    )
+    done = run_program(*words, cwd=cwd)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout
 

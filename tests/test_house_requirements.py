@@ -17,23 +17,12 @@ from tauto_core.version import BASE
 
 ROOT = Path(__file__).parents[1]
 ROSDEP_KEYS = {
-    'ezdxf': 'python3-ezdxf',
-    'geographiclib': 'python3-geographiclib',
-    'hypothesis': 'python3-hypothesis',
-    'jsonschema': 'python3-jsonschema',
-    'matplotlib': 'python3-matplotlib',
-    'numba': 'python3-numba',
-    'numpy': 'python3-numpy',
-    'pillow': 'python3-pil',
-    'psutil': 'python3-psutil',
-    'pydantic': 'python3-pydantic',
-    'pytest': 'python3-pytest',
-    'pytest-xdist': 'python3-pytest-xdist',
-    'pyyaml': 'python3-yaml',
-    'rich': 'python3-rich',
-    'scipy': 'python3-scipy',
-    'typer': 'python3-typer',
-}
+    name: f'python3-{name}'
+    for name in (
+        *('ezdxf', 'geographiclib', 'hypothesis', 'jsonschema', 'matplotlib', 'numba', 'numpy'),
+        *('psutil', 'pydantic', 'pytest', 'pytest-xdist', 'rich', 'scipy', 'typer'),
+    )
+} | {'pillow': 'python3-pil', 'pyyaml': 'python3-yaml'}
 """Requirements that rosdep installs from Ubuntu's packages: rosdistro 8468e88, rosdep/python.yaml.
 
 It has none for allantools, llvmlite, lz4, mcap, mpmath and zstandard; rosbags only by
@@ -50,31 +39,28 @@ def setup_of(package: str, monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
     return said
 
 
+@pytest.fixture
+def core(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
+    return setup_of('tauto_core', monkeypatch)
+
+
 def bounds(lines: list[str]) -> dict[str, str]:
     return dict(re.split('(?=[<>=])', x, maxsplit=1) for x in lines)
 
 
-def test_a_jazzy_machine_gets_every_requirement(monkeypatch: pytest.MonkeyPatch) -> None:
-    needed = bounds(setup_of('tauto_core', monkeypatch)['install_requires'])
+def test_a_jazzy_machine_gets_every_requirement(core: dict[str, Any]) -> None:
     text = (ROOT / 'requirements-jazzy.txt').read_text(encoding='utf-8')
     pip = bounds([line for line in text.splitlines() if line and not line.startswith('#')])
     assert not any(name.startswith('ros-') for name in pip)
-    manifest = ET.parse(ROOT / 'src' / 'tauto_core' / 'package.xml')
-    rosdep = {element.text for element in manifest.iter('exec_depend')}
-    for name, bound in needed.items():
-        if name in pip:
-            assert pip[name].startswith(bound)
-        else:
-            assert ROSDEP_KEYS[name] in rosdep
-        assert ROSDEP_KEYS.get(name) is None or ROSDEP_KEYS[name] in rosdep
+    for name, bound in bounds(core['install_requires']).items():
+        assert pip[name].startswith(bound) if name in pip else name in ROSDEP_KEYS
 
 
-def test_rosdep_is_asked_for_what_is_required(monkeypatch: pytest.MonkeyPatch) -> None:
-    said = setup_of('tauto_core', monkeypatch)
+def test_rosdep_is_asked_for_what_is_required(core: dict[str, Any]) -> None:
     manifest = ET.parse(ROOT / 'src' / 'tauto_core' / 'package.xml')
     for tag, required in (
-        ('exec_depend', said['install_requires']),
-        ('test_depend', said['extras_require']['test']),
+        ('exec_depend', core['install_requires']),
+        ('test_depend', core['extras_require']['test']),
     ):
         keys = {ROSDEP_KEYS[name] for name in bounds(required) if name in ROSDEP_KEYS}
         assert {element.text for element in manifest.iter(tag)} == keys
@@ -115,14 +101,8 @@ def test_both_packages_and_the_changelog_say_one_version(monkeypatch: pytest.Mon
     assert Version(newest[1]) < ours if ours.is_devrelease else newest[1] == BASE
 
 
-def test_every_requirement_has_a_lower_bound(monkeypatch: pytest.MonkeyPatch) -> None:
-    said = setup_of('tauto_core', monkeypatch)
-    for line in [*said['install_requires'], *said['extras_require']['dev']]:
-        assert '>=' in line
-
-
-def test_each_library_is_explained(monkeypatch: pytest.MonkeyPatch) -> None:
-    said = setup_of('tauto_core', monkeypatch)
+def test_each_library_has_a_lower_bound_and_is_explained(core: dict[str, Any]) -> None:
     page = (ROOT / 'docs' / 'libraries.md').read_text(encoding='utf-8').lower()
-    for name in bounds([*said['install_requires'], *said['extras_require']['dev']]):
+    for name, bound in bounds([*core['install_requires'], *core['extras_require']['dev']]).items():
+        assert bound.startswith('>='), name
         assert f'`{name.lower()}`' in page, name

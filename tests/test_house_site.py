@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import functools
 import json
+import os
 import re
 import runpy
 import shutil
-import subprocess
 import sys
 import threading
 import time
@@ -19,7 +19,7 @@ from urllib.parse import unquote, urlsplit
 import pytest
 from browser import BROWSER, Browser
 from lint_prose import MADE as PAGES
-from modules import module_of
+from modules import module_of, run_program
 
 import tauto_core as tauto
 from tauto_core.euler.site import EDITIONS, all_claims, write_site
@@ -77,13 +77,14 @@ def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (folder / 'docs' / f'{name}.md').write_text(text, encoding='utf-8')
     tauto.report('measured', folder / 'docs' / 'demo.html')
     # without what the cells show: test_house_lessons runs them
-    lessons = [str(each) for each in (folder / 'docs' / 'lessons').glob('*.ipynb')]
-    convert = [sys.executable, '-m', 'nbconvert', '--log-level', 'ERROR', '--to', 'markdown']
-    subprocess.run([*convert, *lessons], check=True)
+    lessons = (folder / 'docs' / 'lessons').glob('*.ipynb')
+    convert = (sys.executable, '-m', 'nbconvert', '--log-level', 'ERROR', '--to', 'markdown')
+    run = run_program(*convert, *lessons)
+    assert run.returncode == 0, run.stderr
     shutil.copy(ROOT / 'zensical.toml', folder)
     (folder / 'src').symlink_to(ROOT / 'src')
-    command = [str(Path(sys.executable).with_name('zensical')), 'build', '--strict']
-    run = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    zensical = Path(sys.executable).with_name('zensical')
+    run = run_program(zensical, 'build', '--strict', cwd=folder)
     assert run.returncode == 0, run.stdout + run.stderr
     assert 'arning' not in run.stdout + run.stderr
     return folder / 'site'
@@ -244,11 +245,5 @@ def test_versions_stand_beside_each_other_with_a_switch(
 
 
 def _resolved(folder: Path, path: str) -> Path:
-    parts: list[str] = []
-    for part in (folder / path).parts:
-        if part == '..':
-            parts.pop()
-        else:
-            parts.append(part)
-    found = Path(*parts)
+    found = Path(os.path.normpath(folder / path))
     return found / 'index.html' if path.endswith('/') or found == Path() else found

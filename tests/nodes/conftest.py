@@ -15,9 +15,12 @@ from typing import IO, Any, ClassVar
 import numpy as np
 import pytest
 import rclpy
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from numpy.typing import NDArray
+from rcl_interfaces.msg import Log
 from rclpy.node import Node
 from rclpy.parameter import Parameter
+from rclpy.qos import QoSProfile
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 from rclpy.utilities import try_shutdown
@@ -38,6 +41,7 @@ from tauto_core.samples import (
     scalars,
     take,
 )
+from tauto_core.ship.imu import imu_from_roll
 from tauto_nodes.live import executor_named
 from tauto_nodes.live.node import TICK_S, port
 from tauto_nodes.live.player import SourceNode
@@ -95,6 +99,9 @@ drift:
   coefficients: {gravity: {value: 1.0, sigma: 0.01}}
 log: {interval: 10.0}
 """
+
+FOREIGN: dict[str, Any] = {'source': 'foreign', 'scene': 'measured'}
+START_NS = 1_700_000_000 * 10**9
 
 PATIENCE_S = 300.0
 """How long a condition may take on a busy machine [s]: a test that waits in vain fails then."""
@@ -221,6 +228,66 @@ def imu(stamps_ns: NDArray[np.int64]) -> ImuSamples:
         np.tile([0.0, 0.0, 9.8], (n, 1)),
         np.zeros((n, 9)),
     )
+
+
+def still_sensor(seconds: float, first_s: float = 0.0, rate_hz: int = 20) -> ImuSamples:
+    """Return the samples of a sensor on a ship at rest."""
+    n = round(rate_hz * seconds)
+    stamps = START_NS + round(first_s * 1e9) + 10**9 // rate_hz * np.arange(n)
+    none = np.zeros(n)
+    return imu_from_roll(stamps, none, none, none, none + 9.81)
+
+
+class Heard:
+    """The statuses of /diagnostics by node, and what went to /rosout."""
+
+    def __init__(self, node: Node) -> None:
+        self.status: dict[str, DiagnosticStatus] = {}
+        self.log: list[str] = []
+        depth = QoSProfile(depth=100)
+        node.create_subscription(DiagnosticArray, '/diagnostics', self._hear, depth)
+        node.create_subscription(Log, '/rosout', lambda m: self.log.append(m.msg), depth)
+
+    def _hear(self, array: DiagnosticArray) -> None:
+        self.status |= {status.name: status for status in array.status}
+
+    def says(self, node: str, level: bytes, words: str) -> bool:
+        """Whether the node's latest status has this level and these words."""
+        status = self.status.get(node)
+        return status is not None and status.level == level and words in status.message
+
+
+def publisher_of(node: Node, topic: str) -> Any:
+    """Return the node's publisher of a topic of the table."""
+    return node.create_publisher(port(topic).message, topic, port(topic).profile)
+
+
+def publish(publisher: Any, samples: ImuSamples) -> None:
+    """Publish motion samples at once."""
+    for payload in encode(SHIP_IMU, samples):
+        publisher.publish(payload)
+
+
+def send(publisher: Any, imu: ImuSamples, bench: Bench, trochlea: Any) -> None:
+    """Publish samples, at most a hundred ahead of the node."""
+    source = trochlea.inputs[SHIP_IMU]
+    for payload in encode(SHIP_IMU, imu):
+        publisher.publish(payload)
+        sent[0] += 1
+        bench.until(lambda: source.received > sent[0] - 100)
+    bench.until(lambda: source.taken == sent[0])
+
+
+sent = [0]
+
+
+def with_sensor(bench: Bench, *nodes: Any) -> tuple[Any, Heard]:
+    """Run nodes and a sensor. Return its publisher, once matched, and its ears."""
+    sensor = bench.add(Node('xsens'), *nodes)
+    heard, publisher = Heard(sensor), publisher_of(sensor, SHIP_IMU)
+    bench.until(lambda: nodes[0].inputs[SHIP_IMU].matched)
+    sent[0] = 0
+    return publisher, heard
 
 
 class Echo:

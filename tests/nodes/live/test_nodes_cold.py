@@ -5,18 +5,16 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from itertools import count
 from pathlib import Path
 from typing import Any
 
-from conftest import Bench
+from conftest import Bench, publish, publisher_of, still_sensor
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
-from sensor_msgs.msg import Imu
-from test_nodes_faults import START_NS
 
 from tauto_core.samples import READING, SHIP_IMU
-from tauto_core.scene.times import NS_PER_S
 from tauto_nodes.live.node import port
 
 RATE_HZ = 100
@@ -25,37 +23,18 @@ DEPTH = 100
 """Of the subscription's queue, 1 s of the sensor: less than the kernels take to compile."""
 
 
-class Sensor:
-    """An IMU on a ship at rest, which sends at its rate."""
-
-    def __init__(self, node: Node) -> None:
-        self._publisher = node.create_publisher(Imu, SHIP_IMU, port(SHIP_IMU).profile)
-        self._sent = 0
-        node.create_timer(1.0 / RATE_HZ, self._send)
-
-    def _send(self) -> None:
-        message = Imu()
-        message.header.frame_id = 'clock_mount'
-        stamp_ns = START_NS + self._sent * NS_PER_S // RATE_HZ
-        message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp_ns, NS_PER_S)
-        message.orientation.w = 1.0
-        message.linear_acceleration.z = 9.80665
-        self._publisher.publish(message)
-        self._sent += 1
-
-    @property
-    def is_heard(self) -> bool:
-        """Whether a subscription is matched."""
-        return bool(self._publisher.get_subscription_count())
-
-
 def kernels_in(folder: Path) -> set[str]:
     return {file.name for file in folder.rglob('*') if file.is_file()}
 
 
 def test_kernels_are_compiled_before_a_sensor_is_listened_to(bench: Bench, tmp_path: Path) -> None:
     node = bench.add(Node('xsens'))
-    sensor = Sensor(node)
+    publisher, sent = publisher_of(node, SHIP_IMU), count()
+
+    def send() -> None:
+        publish(publisher, still_sensor(1.0 / RATE_HZ, next(sent) / RATE_HZ, RATE_HZ))
+
+    node.create_timer(1.0 / RATE_HZ, send)
     said: list[DiagnosticStatus] = []
     readings: list[Any] = []
     depth = QoSProfile(depth=1000)
@@ -75,7 +54,7 @@ def test_kernels_are_compiled_before_a_sensor_is_listened_to(bench: Bench, tmp_p
         env={**os.environ, 'TAUTO_CACHE_DIR': str(cache)},
     )
     try:
-        bench.until(lambda: sensor.is_heard or process.poll() is not None)
+        bench.until(lambda: publisher.get_subscription_count() or process.poll() is not None)
         compiled = kernels_in(cache)
         assert process.poll() is None
         assert compiled

@@ -15,9 +15,20 @@ from typing import Any
 import numpy as np
 import pytest
 from builtin_interfaces.msg import Time
-from conftest import WARM, Bench, overrides
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from rcl_interfaces.msg import Log
+from conftest import (
+    FOREIGN,
+    START_NS,
+    WARM,
+    Bench,
+    Heard,
+    overrides,
+    publish,
+    publisher_of,
+    send,
+    still_sensor,
+    with_sensor,
+)
+from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rosgraph_msgs.msg import Clock
@@ -34,78 +45,26 @@ from tauto_core.samples import (
     READING,
     SHIP_FIX,
     SHIP_IMU,
+    SHIP_TEMPERATURE,
     SLACK,
     FixSamples,
-    ImuSamples,
     TimeSamples,
     count,
     same,
     scalars,
     take,
 )
-from tauto_core.scene import load_scene, scene_yaml
+from tauto_core.scene import load_scene, parse_scene, scene_yaml
 from tauto_core.scene.errors import PropagationError
-from tauto_core.ship.imu import imu_from_roll
+from tauto_core.voyage import sail
 from tauto_nodes.live.markers import MARKERS, MarkersNode
 from tauto_nodes.live.node import Intake, node_of, port
 from tauto_nodes.live.recorder import RecorderNode
 from tauto_nodes.live.stages import DriftEstimatorNode, LongitudeNode, TrochleaNode
 
-FOREIGN: dict[str, Any] = {'source': 'foreign', 'scene': 'measured'}
 COVARIATES = {'covariates': ['roll'], 'coefficients': {'roll': {'value': 0.01, 'sigma': 0.02}}}
-START_NS = 1_700_000_000 * 10**9
 GARBAGE = int(os.environ.get('TAUTO_GARBAGE', '500'))
 """Messages on each subscription. `make stress` sends ten thousand."""
-
-
-def still_sensor(seconds: float, first_s: float = 0.0) -> ImuSamples:
-    """The samples of a sensor at 20 Hz on a ship at rest."""
-    n = round(20 * seconds)
-    stamps = START_NS + round(first_s * 1e9) + 50_000_000 * np.arange(n)
-    none = np.zeros(n)
-    return imu_from_roll(stamps, none, none, none, none + 9.81)
-
-
-class Heard:
-    """The statuses of /diagnostics by node, and what went to /rosout."""
-
-    def __init__(self, node: Node) -> None:
-        self.status: dict[str, DiagnosticStatus] = {}
-        self.log: list[str] = []
-        depth = QoSProfile(depth=100)
-        node.create_subscription(DiagnosticArray, '/diagnostics', self._hear, depth)
-        node.create_subscription(Log, '/rosout', lambda m: self.log.append(m.msg), depth)
-
-    def _hear(self, array: DiagnosticArray) -> None:
-        self.status |= {status.name: status for status in array.status}
-
-    def says(self, node: str, level: bytes, words: str) -> bool:
-        """Whether the node's latest status has this level and these words."""
-        status = self.status.get(node)
-        return status is not None and status.level == level and words in status.message
-
-
-def send(publisher: Any, imu: ImuSamples, bench: Bench, trochlea: TrochleaNode) -> None:
-    """Publish samples, at most a hundred ahead of the node."""
-    source = trochlea.inputs[SHIP_IMU]
-    for payload in encode(SHIP_IMU, imu):
-        publisher.publish(payload)
-        sent[0] += 1
-        bench.until(lambda: source.received > sent[0] - 100)
-    bench.until(lambda: source.taken == sent[0])
-
-
-sent = [0]
-
-
-def with_sensor(bench: Bench, *nodes: Any) -> tuple[Any, Heard]:
-    """Run nodes and a sensor. Return its publisher, once matched, and its ears."""
-    sensor = bench.add(Node('xsens'), *nodes)
-    heard, known = Heard(sensor), port(SHIP_IMU)
-    publisher = sensor.create_publisher(known.message, SHIP_IMU, known.profile)
-    bench.until(lambda: nodes[0].inputs[SHIP_IMU].matched)
-    sent[0] = 0
-    return publisher, heard
 
 
 def garbage(topic: str, rng: random.Random) -> bytes:
@@ -122,8 +81,6 @@ def garbage(topic: str, rng: random.Random) -> bytes:
 
 
 def _valid() -> dict[str, bytes]:
-    from tauto_core.voyage import sail
-
     # no thread of this scene goes slack, so a message stands for one
     tautened = scalars(np.array([0], np.int64), SLACK_NAMES, np.array([[1.0, 0.1, 1e-3]]))
     found = {SLACK: encode(SLACK, tautened)[0]}
@@ -162,10 +119,7 @@ def test_garbage_on_every_subscription_ends_no_node(bench: Bench, tmp_path: Path
     heard = Heard(vandal)
     vandal.create_subscription(MarkerArray, MARKERS, lambda _: None, QoSProfile(depth=1))
     clock = vandal.create_publisher(Clock, '/clock', QoSProfile(depth=10))
-    publishers = {}
-    for topic in TOPICS:
-        known = port(topic)
-        publishers[topic] = vandal.create_publisher(known.message, topic, known.profile)
+    publishers = {topic: publisher_of(vandal, topic) for topic in TOPICS}
     bench.until(lambda: all(len(node.inputs) for node in nodes))
     bench.until(lambda: all(i.matched for node in nodes for i in node.inputs.values()))
     bench.until(clock.get_subscription_count)
@@ -226,7 +180,7 @@ def test_a_second_publisher_is_named(bench: Bench) -> None:
     one, other = bench.add(Node('xsens'), trochlea), bench.add(Node('vectornav'))
     heard = Heard(one)
     for node in (one, other):
-        node.create_publisher(port(SHIP_IMU).message, SHIP_IMU, port(SHIP_IMU).profile)
+        publisher_of(node, SHIP_IMU)
     words = 'several publishers on ship/imu: /vectornav, /xsens'
     bench.until(lambda: heard.says('trochlea', DiagnosticStatus.WARN, words))
 
@@ -237,13 +191,10 @@ def test_a_publisher_outside_ros_is_worded_for_a_person() -> None:
     assert node_of(info) == 'a node not yet known by name'
 
 
-def test_motion_of_another_start_is_refused_with_the_parameter(
-    bench: Bench,
-) -> None:
+def test_motion_of_another_start_is_refused_with_the_parameter(bench: Bench) -> None:
     trochlea = TrochleaNode(**overrides(scene='measured'))
     publisher, _ = with_sensor(bench, trochlea)
-    for payload in encode(SHIP_IMU, still_sensor(5.0)):
-        publisher.publish(payload)
+    publish(publisher, still_sensor(5.0))
     with pytest.raises(PropagationError, match='source:=foreign for every node'):
         bench.until(lambda: False)
 
@@ -284,7 +235,7 @@ def test_a_lost_sensor_stops_the_dial_and_the_whole_graph_knows(
 def test_stamps_that_stand_are_an_error_that_names_them(
     moving_s: float, stands_s: float, bench: Bench
 ) -> None:
-    """Of a driver that never sets them, or hangs. The node's memory does not grow."""
+    """The node's memory does not grow, either."""
     trochlea = TrochleaNode(**overrides(**FOREIGN))
     publisher, heard = with_sensor(bench, trochlea)
     send(publisher, still_sensor(moving_s), bench, trochlea)
@@ -326,16 +277,14 @@ def test_a_late_sample_is_counted_and_is_no_fault(bench: Bench) -> None:
 
 def test_only_a_clock_that_goes_back_sets_the_dial_anew(bench: Bench) -> None:
     trochlea = TrochleaNode(**overrides(**FOREIGN, use_sim_time=True))
-    sensor = bench.add(Node('gazebo'), trochlea)
-    clock = sensor.create_publisher(Clock, '/clock', QoSProfile(depth=10))
-    publisher = sensor.create_publisher(port(SHIP_IMU).message, SHIP_IMU, port(SHIP_IMU).profile)
-    bench.until(lambda: trochlea.inputs[SHIP_IMU].matched and clock.get_subscription_count())
+    publisher, _ = with_sensor(bench, trochlea)
+    clock = bench.add(Node('gazebo')).create_publisher(Clock, '/clock', QoSProfile(depth=10))
+    bench.until(clock.get_subscription_count)
 
     def tell(seconds: int) -> None:
         clock.publish(Clock(clock=Time(sec=1_700_000_000 + seconds)))
         bench.until(lambda: trochlea.get_clock().now().nanoseconds == START_NS + seconds * 10**9)
 
-    sent[0] = 0
     tell(300)
     send(publisher, still_sensor(5.0, 300.0), bench, trochlea)
     tell(0)
@@ -371,10 +320,7 @@ def test_a_place_without_a_good_fix_is_unknown_and_said(bench: Bench, tmp_path: 
     longitude = LongitudeNode(**overrides(**FOREIGN))
     ship = bench.add(Node('ship'), heavy, drift, longitude)
     heard = Heard(ship)
-    receiver, dial = (
-        ship.create_publisher(port(topic).message, topic, port(topic).profile)
-        for topic in (SHIP_FIX, READING)
-    )
+    receiver, dial = publisher_of(ship, SHIP_FIX), publisher_of(ship, READING)
     places: list[bytes] = []
     ship.create_subscription(port(SHIP_FIX).message, LONGITUDE_FIX, places.append, 100, raw=True)
     errors, fixes = longitude.outputs[LONGITUDE_ERROR], longitude.outputs[LONGITUDE_FIX]
@@ -421,10 +367,8 @@ def test_a_place_without_a_good_fix_is_unknown_and_said(bench: Bench, tmp_path: 
 
 
 def test_the_service_reset_sets_the_dial_anew(bench: Bench) -> None:
-    trochlea, drift = (
-        TrochleaNode(**overrides(**FOREIGN)),
-        DriftEstimatorNode(**overrides(**FOREIGN)),
-    )
+    trochlea = TrochleaNode(**overrides(**FOREIGN))
+    drift = DriftEstimatorNode(**overrides(**FOREIGN))
     publisher, heard = with_sensor(bench, trochlea, drift)
     client = bench.add(Node('officer')).create_client(Trigger, 'trochlea/reset')
     bench.until(client.service_is_ready)
@@ -445,7 +389,7 @@ def test_a_failed_node_says_so_and_keeps_answering(bench: Bench) -> None:
     alone = Bench()
     alone.add(sensor)
     bench.add(trochlea)
-    publisher = sensor.create_publisher(port(SHIP_IMU).message, SHIP_IMU, port(SHIP_IMU).profile)
+    publisher = publisher_of(sensor, SHIP_IMU)
 
     def failed() -> bool:
         publisher.publish(encode(SHIP_IMU, still_sensor(0.05))[0])
@@ -464,3 +408,22 @@ def test_a_failed_node_says_so_and_keeps_answering(bench: Bench) -> None:
     heard.status.clear()
     alone.until(told)
     alone.close()
+
+
+def test_a_latitude_and_a_thermometer_that_never_come_are_said(
+    bench: Bench, tmp_path: Path
+) -> None:
+    """The estimate does not wait, and the coefficients keep their priors."""
+    file = tmp_path / 'scene.yaml'
+    file.write_text(WARM, encoding='utf-8')
+    estimator = bench.add(DriftEstimatorNode(**overrides(source='foreign', scene=str(file))))
+    scene = parse_scene(WARM, 'warm')
+    publisher = publisher_of(bench.add(Node('dial')), READING)
+    source = estimator.inputs[READING]
+    bench.until(lambda: source.matched == 1)
+    for payload in encode(READING, sail(scene).samples[READING]):
+        publisher.publish(payload)
+    bench.until(lambda: source.taken == scene.log_count)
+    bench.until(lambda: len(estimator.notices) == 2)
+    for topic, notice in zip((SHIP_FIX, SHIP_TEMPERATURE), estimator.notices, strict=True):
+        assert f'on {topic}, or leave' in notice

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
@@ -13,8 +12,18 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import Bench, imu, overrides
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from conftest import (
+    FOREIGN,
+    Bench,
+    Heard,
+    imu,
+    overrides,
+    publish,
+    publisher_of,
+    still_sensor,
+    with_sensor,
+)
+from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.msg import ParameterEvent
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -26,7 +35,7 @@ from std_srvs.srv import Trigger
 
 from tauto_core.bags import check_bag, encode, read_bag
 from tauto_core.clockwork import LiveTrochlea
-from tauto_core.samples import PHASE, READING, SCENE, SHIP_IMU, TimeSamples
+from tauto_core.samples import PHASE, READING, SCENE, SHIP_IMU, ImuSamples, TimeSamples
 from tauto_core.scene import load_scene
 from tauto_core.scene.errors import BagError
 from tauto_core.ship.imu import MOUNT_FRAME, imu_from_roll
@@ -39,20 +48,6 @@ from tauto_nodes.live.recorder import RecorderNode
 from tauto_nodes.live.stages import DriftEstimatorNode, LongitudeNode, Mounting, TrochleaNode
 from tauto_nodes.simulation.ship import ShipMotionNode
 
-FOREIGN: dict[str, Any] = {'source': 'foreign', 'scene': 'measured'}
-
-
-def foreign_imu(number: int) -> Imu:
-    """Return a message of a sensor at 20 Hz that started long ago, at rest."""
-    message = Imu()
-    message.header.frame_id = MOUNT_FRAME
-    message.header.stamp.sec, rest = divmod(number, 20)
-    message.header.stamp.sec += 1_700_000_000
-    message.header.stamp.nanosec = rest * 50_000_000
-    message.orientation.w = 1.0
-    message.linear_acceleration.z = 9.80665
-    return message
-
 
 def test_a_best_effort_sensor_drives_the_suite(bench: Bench, tmp_path: Path) -> None:
     best_effort = {'imu_reliability': 'best_effort'}
@@ -63,8 +58,9 @@ def test_a_best_effort_sensor_drives_the_suite(bench: Bench, tmp_path: Path) -> 
     publisher = sensor.create_publisher(Imu, SHIP_IMU, qos_profile_sensor_data)
     client = sensor.create_client(Trigger, 'trochlea/finish')
     bench.until(lambda: publisher.get_subscription_count() == 2 and client.service_is_ready())
-    for number in range(201):  # ten seconds of sea, no faster than it is taken (best effort)
-        publisher.publish(foreign_imu(number))
+    # ten seconds of sea, no faster than it is taken (best effort)
+    for number, payload in enumerate(encode(SHIP_IMU, still_sensor(10.05))):
+        publisher.publish(payload)
         bench.until(lambda n=number: trochlea.inputs[SHIP_IMU].received > n)
     asked = client.call_async(Trigger.Request())
     bench.until(asked.done)
@@ -79,26 +75,20 @@ def test_a_best_effort_sensor_drives_the_suite(bench: Bench, tmp_path: Path) -> 
 
 
 def heard_from(
-    bench: Bench, change: Callable[[Imu], object], **parameters: Any
+    bench: Bench, motion: ImuSamples, **parameters: Any
 ) -> tuple[TrochleaNode, tuple[bytes, str]]:
-    """Return a clock that has taken 101 changed messages of a sensor, and its own status."""
+    """Return a clock that has taken the samples of a sensor, and its own status."""
     trochlea = TrochleaNode(**overrides(**FOREIGN, **parameters))
-    sensor = bench.add(Node('xsens'), trochlea)
-    publisher = sensor.create_publisher(Imu, SHIP_IMU, QoSProfile(depth=1000))
-    bench.until(lambda: trochlea.inputs[SHIP_IMU].matched)
-    for number in range(101):
-        message = foreign_imu(number)
-        change(message)
-        publisher.publish(message)
-    bench.until(lambda: trochlea.inputs[SHIP_IMU].taken == 101)
+    publisher, _ = with_sensor(bench, trochlea)
+    publish(publisher, motion)
+    bench.until(lambda: trochlea.inputs[SHIP_IMU].taken == len(motion.stamp_ns))
     return trochlea, assess(trochlea, time.monotonic())
 
 
 def test_imu_rotation_turns_a_sensor_into_the_clocks_axes(bench: Bench) -> None:
-    def upside_down(message: Imu) -> None:
-        message.linear_acceleration.z *= -1.0
-        message.orientation.w, message.orientation.x = 0.0, -1.0
-
+    upside_down = still_sensor(5.05)
+    upside_down.linear_acceleration[:, 2] *= -1.0
+    upside_down.orientation[:] = [-1.0, 0.0, 0.0, 0.0]
     turned, _ = heard_from(bench, upside_down, imu_rotation='180 0 0')
     assert turned.outputs[READING].sent
     assert not turned.notices
@@ -140,31 +130,27 @@ def test_a_fast_rough_sensor_gives_the_readings_of_its_samples(bench: Bench) -> 
 
 
 @pytest.mark.parametrize(
-    ('part', 'name', 'value', 'said'),
+    ('changed', 'said'),
     [
         (
-            'header',
-            'frame_id',
-            'imu_link',
+            {'frame_id': 'imu_link'},
             r"frame 'imu_link' is not clock_mount.*tf2_ros is not installed here",
         ),
-        ('linear_acceleration', 'z', 1.0, r'is it in g\?'),
-        ('angular_velocity', 'x', 1e-3, 'all its numbers have stayed the same for a second'),
+        ({'linear_acceleration': np.tile([0.0, 0.0, 1.0], (101, 1))}, r'is it in g\?'),
+        (
+            {'angular_velocity': np.tile([1e-3, 0.0, 0.0], (101, 1))},
+            'all its numbers have stayed the same for a second',
+        ),
     ],
+    ids=['frame', 'g', 'frozen'],
 )
 def test_a_sensor_that_no_clock_can_take_is_an_error(
-    part: str, name: str, value: object, said: str, bench: Bench
+    changed: dict[str, Any], said: str, bench: Bench
 ) -> None:
-    trochlea, (level, words) = heard_from(bench, lambda m: setattr(getattr(m, part), name, value))
+    trochlea, (level, words) = heard_from(bench, replace(still_sensor(5.05), **changed))
     assert level == DiagnosticStatus.ERROR
     assert re.search(said, words)
-    assert part != 'header' or not trochlea.outputs[READING].sent
-
-
-def test_a_mounting_that_is_none_is_refused(ros: Any) -> None:
-    ros(())
-    with pytest.raises(ParameterError, match='must be roll, pitch and yaw'):
-        TrochleaNode(**overrides(**FOREIGN, imu_rotation='90'))
+    assert 'frame_id' not in changed or not trochlea.outputs[READING].sent
 
 
 class Tree:
@@ -202,68 +188,59 @@ def test_a_static_transform_gives_the_mounting_once_it_comes(
 def test_a_reliable_subscriber_of_best_effort_is_an_error(bench: Bench) -> None:
     trochlea = TrochleaNode(**overrides(**FOREIGN))
     sensor = bench.add(Node('xsens'), trochlea)
-    levels: list[tuple[bytes, str, str]] = []
-
-    def hear(array: DiagnosticArray) -> None:
-        levels.extend((s.level, s.name, s.message) for s in array.status)
-
-    sensor.create_subscription(DiagnosticArray, '/diagnostics', hear, QoSProfile(depth=10))
-    bench.until(lambda: levels)
-    assert levels[-1] == (DiagnosticStatus.WARN, 'trochlea', 'no publisher on ship/imu')
+    heard = Heard(sensor)
+    words = 'no publisher on ship/imu'
+    bench.until(lambda: heard.says('trochlea', DiagnosticStatus.WARN, words))
     sensor.create_publisher(Imu, SHIP_IMU, qos_profile_sensor_data)
-    bench.until(lambda: levels[-1][0] == DiagnosticStatus.ERROR)
-    assert levels[-1][2] == 'incompatible QoS on ship/imu'
+    words = 'incompatible QoS on ship/imu'
+    bench.until(lambda: heard.says('trochlea', DiagnosticStatus.ERROR, words))
     sensor.create_publisher(Imu, SHIP_IMU, QoSProfile(depth=10))
-    bench.until(lambda: levels[-1][0] == DiagnosticStatus.WARN)
-    assert levels[-1][2] == 'in the last 10 s: ship/imu incompatible_qos 1'
+    words = 'in the last 10 s: ship/imu incompatible_qos 1'
+    bench.until(lambda: heard.says('trochlea', DiagnosticStatus.WARN, words))
 
 
 def test_bad_messages_are_counted_and_silence_is_an_error(bench: Bench) -> None:
     trochlea = TrochleaNode(**overrides(**FOREIGN, stale_after=0.2))
-    sensor = bench.add(Node('xsens'), trochlea)
-    statuses: list[Any] = []
-    sensor.create_subscription(
-        DiagnosticArray, '/diagnostics', lambda a: statuses.extend(a.status), QoSProfile(depth=10)
-    )
-    publisher = sensor.create_publisher(Imu, SHIP_IMU, QoSProfile(depth=1000))
+    publisher, heard = with_sensor(bench, trochlea)
     # a sensor without messages is silent, too
-    bench.until(lambda: statuses and statuses[-1].level == DiagnosticStatus.ERROR)
-    bad = foreign_imu(1)
-    bad.orientation.w = 0.0
-    publisher.publish(foreign_imu(0))
-    publisher.publish(bad)
+    bench.until(lambda: heard.says('trochlea', DiagnosticStatus.ERROR, ''))
+    bad = still_sensor(0.1)
+    bad.orientation[1] = 0.0
+    publish(publisher, bad)
     bench.until(lambda: trochlea.inputs[SHIP_IMU].taken == 2)
     assert sum(trochlea.health().values()) == 1
-    statuses.clear()
-    bench.until(lambda: statuses and 'nothing for 0.2 s on ship/imu' in statuses[-1].message)
-    assert statuses[-1].level == DiagnosticStatus.ERROR
-    values = {pair.key: pair.value for pair in statuses[-1].values}
+    heard.status.clear()
+    words = 'nothing for 0.2 s on ship/imu'
+    bench.until(lambda: heard.says('trochlea', DiagnosticStatus.ERROR, words))
+    values = {pair.key: pair.value for pair in heard.status['trochlea'].values}
     assert values['ship/imu received'] == '2'
     assert '1' in {values[name] for name in trochlea.health()}
 
 
-def graph_in(namespace: str, scene: str, duration_s: float, folder: Path) -> list[Any]:
+def graph_in(namespace: str, duration_s: float, folder: Path) -> list[Any]:
     """Return the five nodes of a graph in a namespace, on a part of a scene."""
-    common = {'flow_control': 'credits', 'scene': scene, 'duration': duration_s}
-    place = {'namespace': namespace}
+    common = {'flow_control': 'credits', 'scene': 'measured', 'duration': duration_s}
+    own: dict[Any, dict[str, Any]] = {
+        RecorderNode: {'output': str(folder)},
+        LongitudeNode: {},
+        DriftEstimatorNode: {},
+        TrochleaNode: {},
+        ShipMotionNode: {'speed': 0.0},
+    }
     return [
-        RecorderNode(**overrides(output=str(folder), **common), **place),
-        LongitudeNode(**overrides(**common), **place),
-        DriftEstimatorNode(**overrides(**common), **place),
-        TrochleaNode(**overrides(**common), **place),
-        ShipMotionNode(**overrides(speed=0.0, **common), **place),
+        node(namespace=namespace, **overrides(**values, **common)) for node, values in own.items()
     ]
 
 
 def test_two_clocks_in_two_namespaces(bench: Bench, tmp_path: Path) -> None:
-    names = {'ours': ('measured', 30.0), 'theirs': ('measured', 20.0)}
-    graphs = {n: graph_in(f'/{n}', *what, tmp_path / n) for n, what in names.items()}
+    names = {'ours': 30.0, 'theirs': 20.0}
+    graphs = {n: graph_in(f'/{n}', duration_s, tmp_path / n) for n, duration_s in names.items()}
     bench.add(*(node for nodes in graphs.values() for node in nodes))
     bench.until(lambda: all(nodes[0].over for nodes in graphs.values()))
-    for name, (scene, duration_s) in names.items():
+    for name, duration_s in names.items():
         bag = read_bag(tmp_path / name)
         assert bag.namespace == name
-        sail(load_scene(scene, duration=duration_s), tmp_path / 'sail', force=True)
+        sail(load_scene('measured', duration=duration_s), tmp_path / 'sail', force=True)
         alone = read_bag(tmp_path / 'sail')
         for topic in (READING, PHASE, 'longitude/error'):
             assert bag.payloads(topic)[1] == alone.payloads(topic)[1]
@@ -327,22 +304,28 @@ def test_one_source_of_time_only_and_it_rises(bench: Bench, minute: Path) -> Non
 
 
 @pytest.mark.parametrize(
-    ('values', 'said'),
+    ('node', 'values', 'words'),
     [
-        ({'topics': ('clock/readin',)}, 'clock/readin is not in the table'),
+        (TrochleaNode, {'imu_rotation': '90'}, 'must be roll, pitch and yaw'),
+        (TrochleaNode, {'flow_control': 'credits', 'state_folder': 'here'}, 'state_folder'),
+        (ShipMotionNode, {'speed': 0.0}, r'speed = 0\.0.*flow_control = credits'),
+        (RecorderNode, {'topics': ('clock/readin',)}, 'clock/readin is not in the table'),
         (
+            RecorderNode,
             {'topics': ('all', '/depth'), 'flow_control': 'credits', 'graph': ('recorder',)},
             '/depth is not of the graph',
         ),
     ],
 )
-def test_recorder_refuses_topics_it_does_not_know(
-    values: dict[str, Any], said: str, ros: Any, tmp_path: Path
+def test_a_node_refuses_what_it_cannot_do(
+    node: Any, values: dict[str, Any], words: str, ros: Any, tmp_path: Path
 ) -> None:
     ros(())
-    with pytest.raises(ParameterError, match=said):
-        RecorderNode(**overrides(output=str(tmp_path / 'bag'), **values))
-    assert not (tmp_path / 'bag').exists()
+    bag = tmp_path / 'bag'
+    given = {**values, **({'output': str(bag)} if node is RecorderNode else {})}
+    with pytest.raises(ParameterError, match=words):
+        node(**overrides(**given))
+    assert not bag.exists()
 
 
 def test_a_live_bag_has_times_of_receipt_and_its_scene(ros: Any, tmp_path: Path) -> None:
@@ -357,12 +340,11 @@ def test_a_live_bag_has_times_of_receipt_and_its_scene(ros: Any, tmp_path: Path)
     sensor = bench.add(Node('imu'), recorder, trochlea)
     depth = sensor.create_publisher(Float64, '/depth', qos_profile_sensor_data)
     unknown = sensor.create_publisher(ParameterEvent, '/unheard', 1)
-    publisher = sensor.create_publisher(Imu, SHIP_IMU, QoSProfile(depth=1000))
+    publisher = publisher_of(sensor, SHIP_IMU)
     bench.until(lambda: publisher.get_subscription_count() == 2 and depth.get_subscription_count())
     assert not unknown.get_subscription_count()
     began_ns = time.time_ns()
-    for number in range(100):
-        publisher.publish(foreign_imu(number))
+    publish(publisher, still_sensor(5.0))
     depth.publish(Float64(data=40.0))
     bench.until(lambda: recorder.inputs[READING].taken and recorder.inputs['/depth'].taken)
     bench.until(lambda: '/diagnostics' in recorder.inputs)
@@ -393,11 +375,10 @@ def test_a_recorder_that_is_told_to_stop_hears_the_last_words(
     recorder = RecorderNode(**overrides(output=str(tmp_path / 'bag')))
     trochlea = TrochleaNode(**overrides(**FOREIGN))
     sensor = bench.add(Node('imu'), recorder, trochlea)
-    publisher = sensor.create_publisher(Imu, SHIP_IMU, QoSProfile(depth=1000))
+    publisher = publisher_of(sensor, SHIP_IMU)
     bench.until(lambda: publisher.get_subscription_count() == 2)
     bench.until(lambda: recorder.inputs[READING].matched)
-    for number in range(201):
-        publisher.publish(foreign_imu(number))
+    publish(publisher, still_sensor(10.05))
     bench.until(lambda: trochlea.inputs[SHIP_IMU].taken == 201)
     assert recorder.waits_on_shutdown()  # both get the signal at once
     trochlea.close()
@@ -438,10 +419,8 @@ def test_recorder_leaves_out_motion_that_the_scene_does_not_keep(ros: Any, tmp_p
     recorder.close()
 
 
-def test_full_speed_needs_flow_control(ros: Any) -> None:
+def test_full_speed_is_refused_at_run_time_too(ros: Any) -> None:
     ros(())
-    with pytest.raises(ParameterError, match=r'speed = 0\.0.*flow_control = credits'):
-        ShipMotionNode(**overrides(speed=0.0))
     ship = ShipMotionNode(**overrides(speed=1.0))
     assert not ship.set_parameters([Parameter('speed', value=0.0)])[0].successful
     assert ship.set_parameters([Parameter('speed', value=2.0)])[0].successful
@@ -459,11 +438,8 @@ def test_what_came_before_the_last_flush_is_in_the_file(bench: Bench, tmp_path: 
     recorder = RecorderNode(
         **overrides(output=str(tmp_path / 'bag'), topics=(SHIP_IMU,), **options)
     )
-    sensor = bench.add(Node('xsens'), recorder)
-    publisher = sensor.create_publisher(Imu, SHIP_IMU, QoSProfile(depth=1000))
-    bench.until(lambda: recorder.inputs[SHIP_IMU].matched)
-    for number in range(5):
-        publisher.publish(foreign_imu(number))
+    publisher, _ = with_sensor(bench, recorder)
+    publish(publisher, still_sensor(0.25))
     file = next((tmp_path / 'bag').glob('*.mcap'))
     bench.until(lambda: read_bag(file).counts.get('/ship/imu') == 5)
     recorder.close()

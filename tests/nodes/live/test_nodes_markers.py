@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from conftest import Bench, overrides
+from conftest import Bench, overrides, publisher_of
 from geometry_msgs.msg import TransformStamped
 from modules import module_of
 from rclpy.node import Node
@@ -37,7 +37,6 @@ from tauto_nodes.live.markers import (
     moving,
     transform,
 )
-from tauto_nodes.live.node import port
 
 PACKAGE = Path(__file__).parents[3] / 'src' / 'tauto_nodes'
 LAYOUTS = PACKAGE / 'layouts'
@@ -156,9 +155,7 @@ def test_the_foxglove_layout_shows_fields_of_recorded_messages(recorded: dict[st
     }
 
 
-def test_the_plotjuggler_layout_shows_recorded_series(
-    recorded: dict[str, Any],
-) -> None:
+def test_the_plotjuggler_layout_shows_recorded_series(recorded: dict[str, Any]) -> None:
     """PlotJuggler names a joint's series topic/joint/position, others topic/field/field."""
     root = ET.parse(LAYOUTS / 'plotjuggler.xml').getroot()
     for splitter in root.iter('DockSplitter'):
@@ -192,10 +189,7 @@ def test_drawn_at_a_limited_rate_and_only_while_somebody_looks(bench: Bench) -> 
     rate_hz = 5.0
     node = MarkersNode(**overrides(scene='involute_weight_at_sea', rate=rate_hz))
     sender = bench.add(Node('sender'), node)
-    publishers = {
-        topic: sender.create_publisher(port(topic).message, topic, port(topic).profile)
-        for topic in (SHIP_IMU, JOINT_STATES)
-    }
+    publishers = {topic: publisher_of(sender, topic) for topic in (SHIP_IMU, JOINT_STATES)}
     bench.beats(node, 20)
     assert node.inputs == {}
     drawn: list[tuple[float, MarkerArray]] = []

@@ -6,15 +6,15 @@ import ast
 import json
 import math
 import os
-import subprocess
 import sys
 from pathlib import Path
+from subprocess import CompletedProcess
 from typing import Any
 
 import pytest
 import yaml
 from conftest import overrides
-from modules import module_of
+from modules import module_of, run_program
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
@@ -39,12 +39,7 @@ GRAPH_ROLES = [
         ('ship_motion', 'speed', math.nan, 'speed = nan: must lie in'),
         ('ship_motion', 'speed', 2, 'speed = 2: is of type integer, must be double. Write 2.0'),
         ('ship_motion', 'speed', 'fast', "speed = 'fast': is of type string, must be double"),
-        (
-            'ship_motion',
-            'sped',
-            2.0,
-            'sped: no such parameter of ship_motion. The nearest is speed',
-        ),
+        ('ship_motion', 'sped', 2.0, 'no such parameter of ship_motion. The nearest is speed'),
         ('trochlea', 'imu_reliability', 'besteffort', 'must be one of reliable, best_effort'),
         ('trochlea', 'scene', '', "scene = '': must be given"),
         ('recorder', 'topics', 'all', "topics = 'all': is of type string, must be string[]"),
@@ -185,7 +180,7 @@ def arguments_of(kind: str) -> dict[str, str]:
 
 def planned(
     folder: Path, kind: str, typed: list[str] | None = None, **given: str
-) -> subprocess.CompletedProcess[str]:
+) -> CompletedProcess[str]:
     """Return what `launch_plan` answers to a launch with these arguments."""
     asked = {
         'kind': kind,
@@ -196,14 +191,7 @@ def planned(
     }
     program = 'import sys; from tauto_nodes.commands import launch_plan; launch_plan();'
     program += f'assert ("tauto_nodes.simulation" in sys.modules) is {kind == "voyage"}'
-    return subprocess.run(
-        [sys.executable, '-c', program],
-        input=json.dumps(asked),
-        capture_output=True,
-        text=True,
-        check=False,
-        timeout=300,
-    )
+    return run_program(sys.executable, '-c', program, input=json.dumps(asked))
 
 
 @pytest.mark.parametrize('kind', ['voyage', 'live'])
@@ -211,7 +199,6 @@ def test_the_plan_of_a_launch_has_parameters_that_its_nodes_have(
     kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv('ROS_HOME', str(tmp_path))
-
     given = {'out': str(tmp_path / 'bag')}
     if kind == 'live':
         given |= {'imu': '/xsens/imu', 'use_sim_time': 'true', 'topics': '/battery'}

@@ -9,9 +9,20 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import DRIFT, PATIENCE_S, Bench, overrides, start
+from conftest import (
+    DRIFT,
+    FOREIGN,
+    PATIENCE_S,
+    START_NS,
+    Bench,
+    overrides,
+    publisher_of,
+    send,
+    start,
+    still_sensor,
+    with_sensor,
+)
 from rclpy.node import Node
-from test_nodes_faults import FOREIGN, START_NS, send, still_sensor, with_sensor
 
 from tauto_core.bags import decode, encode
 from tauto_core.clockwork import DialSetting, LiveTrochlea
@@ -84,12 +95,6 @@ def test_a_state_that_does_not_fit_is_refused(tmp_path: Path) -> None:
         StateFile(file.path / 'in_a_file', '/trochlea', SCENE)
 
 
-def test_flow_control_and_a_state_file_do_not_go_together(ros: Any, tmp_path: Path) -> None:
-    ros(())
-    with pytest.raises(ParameterError, match='state_folder'):
-        TrochleaNode(**overrides(flow_control='credits', state_folder=str(tmp_path)))
-
-
 def _readers(node: Node) -> set[bytes]:
     infos = node.get_subscriptions_info_by_topic(SHIP_IMU)
     return {bytes(info.endpoint_gid) for info in infos}
@@ -108,8 +113,7 @@ def test_a_killed_clock_goes_on_and_states_its_losses(
         readings.append(one)
 
     sensor = bench.add(Node('xsens'))
-    known = port(SHIP_IMU)
-    publisher = sensor.create_publisher(known.message, SHIP_IMU, known.profile)
+    publisher = publisher_of(sensor, SHIP_IMU)
     sensor.create_subscription(port(READING).message, READING, read, 100, raw=True)
     state = StateFile(tmp_path, '/trochlea', SCENE).path
 
@@ -176,8 +180,7 @@ def test_a_sight_is_in_the_state_as_soon_as_it_has_come(bench: Bench, tmp_path: 
     options = {'state_folder': str(tmp_path), 'state_interval': 3600.0}
     drift = DriftEstimatorNode(**overrides(**FOREIGN, **options))
     navigator = bench.add(Node('navigator'), drift)
-    known = port(OBSERVATION)
-    publisher = navigator.create_publisher(known.message, OBSERVATION, known.profile)
+    publisher = publisher_of(navigator, OBSERVATION)
     bench.until(lambda: drift.inputs[OBSERVATION].matched)
     stamp = np.array([START_NS])
     publisher.publish(encode(OBSERVATION, TimeSamples(stamp, '', stamp, same('port', 1)))[0])

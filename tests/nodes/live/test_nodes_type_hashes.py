@@ -7,7 +7,7 @@ from importlib import import_module
 from pathlib import Path
 
 import pytest
-from conftest import Bench
+from conftest import Bench, publisher_of
 from rclpy.node import Node
 
 from tauto_core.bags import TOPICS
@@ -16,7 +16,6 @@ from tauto_core.bags.write import definition_of
 from tauto_core.samples import SLACK
 from tauto_core.scene import load_scene
 from tauto_core.voyage import sail
-from tauto_nodes.live.node import port
 
 
 def test_a_bag_declares_the_type_hashes_that_publishers_offer(
@@ -32,7 +31,7 @@ def test_a_bag_declares_the_type_hashes_that_publishers_offer(
     assert set(declared) == {f'/{topic}' for topic in TOPICS if topic != SLACK}
     sender, onlooker = bench.add(Node('sender')), bench.add(Node('onlooker'))
     for topic in TOPICS:
-        sender.create_publisher(port(topic).message, topic, port(topic).profile)
+        publisher_of(sender, topic)
     for topic, found in declared.items():
         bench.until(lambda topic=topic: onlooker.get_publishers_info_by_topic(topic))
         (info,) = onlooker.get_publishers_info_by_topic(topic)

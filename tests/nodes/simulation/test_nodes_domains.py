@@ -4,19 +4,17 @@ from __future__ import annotations
 
 import contextlib
 import socket
-import subprocess
 import sys
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+from modules import run_program
 
 from tauto_nodes import GraphError, ParameterError, simulation
 from tauto_nodes.live import check_discovery
 
 GRAPH = [sys.executable, '-m', 'tauto_core', 'graph', 'measured', '--speed', 'max']
-
-
 REACH, NUMBER = 'ROS_AUTOMATIC_DISCOVERY_RANGE', 'ROS_DOMAIN_ID'
 
 
@@ -71,13 +69,7 @@ def test_a_graph_finds_its_nodes_in_a_crowded_domain(tmp_path: Path, ros_domain:
             crowd = taken.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
             with contextlib.suppress(OSError):  # a participant of an earlier test has it
                 crowd.bind(('', port))
-        done = subprocess.run(
-            [*GRAPH, '--duration', '20', '--out', str(tmp_path / 'bag')],
-            capture_output=True,
-            text=True,
-            check=False,
-            timeout=300.0,
-        )
+        done = run_program(*GRAPH, '--duration', '20', '--out', tmp_path / 'bag')
     assert done.returncode == 0, done.stderr
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,36 +15,20 @@ from typer.testing import CliRunner
 
 from tauto_core.bags import read_bag
 from tauto_core.cli.app import app
-from tauto_core.samples import (
-    ESTIMATE,
-    READING,
-    SHIP_IMU,
-    SHIP_TEMPERATURE,
-    SLACK,
-    ImuSamples,
-)
+from tauto_core.samples import ESTIMATE, READING, SHIP_IMU, SHIP_TEMPERATURE, SLACK, ImuSamples
 from tauto_core.scene import load_scene, parse_scene, scene_yaml
 from tauto_core.voyage import sail, summarise_bag
 from tauto_nodes.simulation.supervisor import GraphPlan, run_graph
 
-IN_A_SLOOP = """\
-duration: 600.0
-trochlea:
-  inertia: 4.0e-4
-  cam: {kind: involute, base_radius: 0.0053681}
-  thread: {kind: vertical}
-  power: {kind: weight, mass: 0.3, massless: true}
-  release_angle: 1.0
-ship:
-  kind: sea
-  rate: 10.0
-  height: 1.0
-  hull: sloop
-  clock: {forward: 5.0}
-  heading: 2.356
-  roll: {natural_period: 8.0, damping_ratio: 0.08}
-  sea: {spectrum: bretschneider, significant_wave_height: 2.5, peak_period: 9.0}
-"""
+SLOOP = yaml.safe_load("""
+{ship.hull: sloop, ship.clock: {forward: 5.0}, ship.heading: 2.356, ship.rate: 10.0,
+ ship.height: 1.0, ship.roll.natural_period: 8.0}
+""")
+
+
+def own_scene(**given: Any) -> str:
+    """Return the text of a changed scene."""
+    return scene_yaml(load_scene('involute_weight_at_sea', **given))
 
 
 @pytest.fixture(autouse=True)
@@ -68,20 +53,10 @@ def assert_equal_bags(one: Path, other: Path) -> None:
         assert payloads == copies, topic
 
 
-CORK_ON_A_PASSAGE = """\
-duration: 600.0
-trochlea:
-  inertia: 4.0e-4
-  cam: {kind: involute, base_radius: 0.0053681}
-  thread: {kind: vertical}
-  power: {kind: weight, mass: 0.3}
-  release_angle: 1.0
+ON_A_PASSAGE = yaml.safe_load("""
 ship:
-  kind: sea
-  heave: true
-  rate: 20.0
-  roll: {natural_period: 8.0, damping_ratio: 0.08, slope_coefficient: 0.7}
-  weather: {kind: log}
+  {kind: sea, heave: true, rate: 20.0, weather: {kind: log},
+   roll: {natural_period: 8.0, damping_ratio: 0.08, slope_coefficient: 0.7}}
 voyage:
   log:
     source: two noons
@@ -89,20 +64,17 @@ voyage:
     entries:
     - ['1770-01-01T12:00', 48.0, -6.0, 270.0, 9.3, null]
     - ['1770-01-02T12:00', 46.5, -8.0, 290.0, 12.3, null]
-"""
-WARMING = (
-    IN_A_SLOOP
-    + 'air: {kind: constant, celsius: 12.0, diurnal: 4.0, box_hours: 0.5}\nlog: {interval: 5.0}\n'
-)
-FELT = load_scene('involute_weight_at_sea', duration=60.0, drift=DRIFT)
+""")
+WARMING = {'kind': 'constant', 'celsius': 12.0, 'diurnal': 4.0, 'box_hours': 0.5}
+WARM_SLOOP = own_scene(**SLOOP, air=WARMING, **{'log.interval': 5.0})
 
 SCENES: dict[str, tuple[str, float, str]] = {
     # the scene, its duration [s], a topic that it must have
     'no motion in its bag': ('portsmouth_jamaica', 300.0, READING),
     'hung, the ship looks further ahead': ('suspended_weight_at_sea', 60.0, SHIP_IMU),
-    'a hull; the last temperature lies beyond the motion': (WARMING, 60.0, SHIP_TEMPERATURE),
-    'a young sea, each side counts the slacks': (CORK_ON_A_PASSAGE, 600.0, SLACK),
-    'motion is a covariate': (scene_yaml(FELT), 60.0, ESTIMATE),
+    'a hull; the last temperature lies beyond the motion': (WARM_SLOOP, 60.0, SHIP_TEMPERATURE),
+    'a young sea, each side counts the slacks': (own_scene(**ON_A_PASSAGE), 600.0, SLACK),
+    'motion is a covariate': (own_scene(drift=DRIFT), 60.0, ESTIMATE),
     'latitude and thermometer are covariates': (WARM, 1800.0, ESTIMATE),
 }
 
@@ -154,7 +126,7 @@ def test_bag_of_the_graph_is_the_bag_of_sail(
 def test_a_graph_is_as_exact_as_it_is_asked_to_be(tmp_path: Path) -> None:
     """Of the accuracy the rate follows, in place of the one that the scene states."""
     scene = tmp_path / 'in_a_sloop.yaml'
-    scene.write_text(IN_A_SLOOP, encoding='utf-8')
+    scene.write_text(own_scene(**SLOOP), encoding='utf-8')
     asked = ('--duration', '30', '--accuracy', '0.1')
     for command, options in (('graph', ('--speed', 'max')), ('sail', ())):
         words = [command, str(scene), *asked, *options, '--out', str(tmp_path / command)]

@@ -17,6 +17,7 @@ import pytest
 from builtin_interfaces.msg import Time
 from conftest import PATIENCE_S, start, until
 from diagnostic_msgs.msg import DiagnosticArray
+from modules import run_program
 from rcl_interfaces.msg import Log
 from rclpy.node import Node
 from rclpy.qos import QoSDurabilityPolicy, QoSProfile
@@ -103,10 +104,7 @@ def _handles_sigterm(pid: int) -> bool:
 
 
 def test_bad_parameters_end_with_2_and_no_traceback() -> None:
-    cases = {
-        'speed:=-1.0': 'speed = -1.0: must lie in',
-        '--speed=3': 'unknown argument --speed=3',
-    }
+    cases = {'speed:=-1.0': 'speed = -1.0: must lie in', '--speed=3': 'unknown argument --speed=3'}
     processes = {
         case: start('ship_motion', *([case] if case[0] == '-' else ['--ros-args', '-p', case]))
         for case in cases
@@ -189,9 +187,7 @@ def test_a_recorder_that_is_stopped_makes_no_whole_voyage(tmp_path: Path) -> Non
     assert 'cut_short' in (out / 'metadata.yaml').read_text()
 
 
-def test_a_frozen_node_loses_nothing_nor_holds_others_up(
-    tmp_path: Path,
-) -> None:
+def test_a_frozen_node_loses_nothing_nor_holds_others_up(tmp_path: Path) -> None:
     """DDS forgets a participant that is silent for 20 s, unless our profile says otherwise.
 
     Two nodes stand still for longer. Before they go on a foreign subscriber stops, and stands
@@ -304,13 +300,8 @@ def test_a_node_that_hangs_says_where_before_it_is_killed(
 
 def test_a_log_folder_that_cannot_be_made_has_a_remedy() -> None:
     home = {name: value for name, value in os.environ.items() if not name.startswith('ROS_LOG')}
-    done = subprocess.run(
-        [sys.executable, '-m', 'tauto_nodes', 'longitude'],
-        env={**home, 'HOME': '/proc/nowhere'},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    nowhere = {**home, 'HOME': '/proc/nowhere'}
+    done = run_program(sys.executable, '-m', 'tauto_nodes', 'longitude', env=nowhere)
     assert done.returncode == 2
     assert "log directory '/proc/nowhere/.ros/log'" in done.stderr
     assert done.stderr.endswith('Set ROS_LOG_DIR to a folder that can be written\n')
@@ -354,13 +345,8 @@ def test_graph_and_play_from_the_command_line(tmp_path: Path) -> None:
         '</participant></profiles></dds>'
     )
     brief = ('measured', '--duration', '20', '--speed', 'max')
-    done = subprocess.run(
-        tauto('graph', *brief, '--out', str(out), '--json'),
-        capture_output=True,
-        text=True,
-        check=False,
-        env={**os.environ, 'FASTRTPS_DEFAULT_PROFILES_FILE': str(profile)},
-    )
+    environment = {**os.environ, 'FASTRTPS_DEFAULT_PROFILES_FILE': str(profile)}
+    done = run_program(*tauto('graph', *brief, '--out', str(out), '--json'), env=environment)
     assert done.returncode == 0, done.stderr
     said = [line for line in done.stderr.splitlines() if 'XMLPARSER' in line]
     assert f"tauto: the graph said: [XMLPARSER Error] Error parsing '{profile}'" in said[-1]
@@ -369,12 +355,7 @@ def test_graph_and_play_from_the_command_line(tmp_path: Path) -> None:
     assert result['topics']['clock/reading'] == {'received': 21, 'written': 21, 'lost': 0}
     assert result['bag'] == str(out)
     assert 0.0 < result['voyage_s'] < result['wall_s'] - result['start_s']
-    played = subprocess.run(
-        tauto('play', str(out), '--rate', '100', '--topic', 'clock/reading'),
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    played = run_program(*tauto('play', str(out), '--rate', '100', '--topic', 'clock/reading'))
     assert played.returncode == 0, played.stderr
     assert 'played clock/reading 21' in played.stdout + played.stderr
     assert played.stderr.startswith(f'tauto: {out}: plays when each topic has a subscriber')
@@ -389,15 +370,10 @@ def test_graph_and_play_from_the_command_line(tmp_path: Path) -> None:
         (['graph', 'measured', '--namespace', 'a b'], '--namespace'),
         (['graph', 'measured', '--out', str(BAG)], f'{BAG} exists already'),
         (['play', 'nosuch'], 'nosuch does not exist'),
+        (['play', str(BAG), '--rate', '0'], "Invalid value for '--rate'"),
     ],
 )
 def test_what_cannot_be_sailed_or_played_is_refused(words: list[str], said: str) -> None:
     done = CliRunner().invoke(app, words)
     assert (done.exit_code, done.stdout) == (2, '')
-    assert done.stderr.startswith(f'tauto: {said}')
-
-
-def test_a_rate_that_is_no_pace_is_refused() -> None:
-    done = CliRunner().invoke(app, ['play', str(BAG), '--rate', '0'])
-    assert done.exit_code == 2
-    assert "Invalid value for '--rate'" in done.stderr
+    assert said in done.stderr

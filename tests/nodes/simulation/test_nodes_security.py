@@ -30,26 +30,18 @@ CREDITS: dict[str, Any] = {'flow_control': 'credits', 'packed': True, 'graph': N
 
 Ports = dict[tuple[str, str], set[str]]
 
+AIR, MOTION = ((f'/{topic}', f'/{PACK_TOPIC}{topic}') for topic in (SHIP_TEMPERATURE, SHIP_IMU))
 OPTIONAL: Ports = defaultdict(
     set,
     {
         # with publish_clock
         ('ship_motion', 'publish'): {'/clock'},
         # with air, and with tf2_ros for the mounting of a sensor
-        ('trochlea', 'subscribe'): {
-            f'/{SHIP_TEMPERATURE}',
-            f'/{PACK_TOPIC}{SHIP_TEMPERATURE}',
-            '/tf_static',
-        },
+        ('trochlea', 'subscribe'): {*AIR, '/tf_static'},
         # with a live sensor, if published
         ('recorder', 'subscribe'): {'/diagnostics', '/tf_static'},
         # with drift.covariates, and tf2_ros
-        ('drift_estimator', 'subscribe'): {'/tf_static'}
-        | {
-            f'/{prefix}{topic}'
-            for topic in (SHIP_IMU, SHIP_TEMPERATURE)
-            for prefix in ('', PACK_TOPIC)
-        },
+        ('drift_estimator', 'subscribe'): {*AIR, *MOTION, '/tf_static'},
         # if tf2_msgs is installed
         ('markers', 'publish'): {'/tf', '/tf_static'},
         ('markers', 'subscribe'): {'/tf', '/tf_static'},
@@ -98,10 +90,10 @@ def seen(bench: Bench, tmp_path: Path) -> Ports:
     onlooker.create_subscription(MarkerArray, 'markers', lambda _: None, QoSProfile(depth=1))
     for flow in ({}, CREDITS):
         nodes = [
-            ShipMotionNode(**overrides(scene='measured', **flow)),
-            TrochleaNode(**overrides(scene='measured', **flow)),
-            DriftEstimatorNode(**overrides(scene='measured', **flow)),
-            LongitudeNode(**overrides(scene='measured', **flow)),
+            *(
+                node(**overrides(scene='measured', **flow))
+                for node in (ShipMotionNode, TrochleaNode, DriftEstimatorNode, LongitudeNode)
+            ),
             RecorderNode(**overrides(output=str(tmp_path / f'recorded{len(flow)}'), **flow)),
         ]
         if not flow:

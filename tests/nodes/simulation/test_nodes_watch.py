@@ -1,8 +1,10 @@
-"""The supervisor sees a standstill in the recorder's reports, and names the nodes."""
+"""The supervisor sees a standstill in the recorder's reports, and reads the nodes' output."""
 
 from __future__ import annotations
 
 import re
+import subprocess
+import sys
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -14,7 +16,7 @@ from tauto_core.samples import READING
 from tauto_nodes import GraphError
 from tauto_nodes.live.recorder import RecorderReport
 from tauto_nodes.simulation import supervisor as graph
-from tauto_nodes.simulation.supervisor import NODE_NAMES, SILENT_S, STALL_S, Watchdog
+from tauto_nodes.simulation.supervisor import NODE_NAMES, SILENT_S, STALL_S, Child, Watchdog
 
 LONG_AGO_S = -2.0 * STALL_S
 
@@ -89,3 +91,28 @@ def test_a_report_that_could_not_be_written_is_told(tmp_path: Path) -> None:
     file.write_text('{"complete": tr')  # the disk was full
     with pytest.raises(GraphError, match='the recorder could not write its report'):
         graph._recorded(file, graph.Supervisor(tmp_path, {}), 'recorder', interrupted=False)
+
+
+WORDS = """\
+[INFO] [1795404890.263812763] [recorder]: scene: received 1, written 1, lost 0
+[WARN] [1795404890.264281814] [trochlea]: the thread is slack
+\x1b[37;1m2026-11-23 03:55:04.307 \x1b[31;1m[XMLPARSER Error] \x1b[37mno such element\x1b[m
+[WARN] [1795404999.000000001] [trochlea]: the thread is slack
+[ERROR] [1795404999.1] [longitude]: no fix
+"""
+
+
+def test_warnings_are_printed_once_without_time_and_colour(tmp_path: Path) -> None:
+    children = []
+    for name in ('recorder', 'trochlea'):
+        log = tmp_path / f'{name}.log'
+        log.write_text(WORDS)
+        ended = subprocess.Popen([sys.executable, '-c', ''])
+        ended.wait()
+        children.append(Child(name, ended, log))
+    assert graph.Supervisor(tmp_path, {}, children).node_warnings() == (
+        '[WARN] [trochlea]: the thread is slack',
+        '[XMLPARSER Error] no such element',
+        '[ERROR] [longitude]: no fix',
+    )
+    assert '\x1b' not in children[0].said()
