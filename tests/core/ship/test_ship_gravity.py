@@ -1,7 +1,6 @@
 """Normal gravity against boule, Eötvös' term against its definition, and both along a passage."""
 
 import math
-from pathlib import Path
 
 import boule
 import numpy as np
@@ -92,31 +91,31 @@ def test_gravity_in_port_is_normal_in_any_batches() -> None:
     assert [float(way.at(times[i : i + 1])[0]) for i in range(len(times))] == whole.tolist()
 
 
-SOUTHWARD = """\
-name: southward
-duration: 172800.0
-trochlea:
-  inertia: 4.0e-4
-  cam: {kind: involute, base_radius: 0.0053681}
-  thread: {kind: vertical}
-  power: {kind: weight, mass: 0.3, massless: true}
-  release_angle: 1.0
-voyage: {departure: [50.8, -1.1], arrival: [17.9, -40.0], sails_at: 3600.0, arrives_at: 169200.0}
-log: {interval: 60.0}
-"""
+SOUTHWARD = {
+    'duration': 172_800.0,
+    'trochlea.cam.base_radius': 0.0053681,
+    'trochlea.power': {'kind': 'weight', 'mass': 0.3, 'massless': True},
+    'ship': {'kind': 'still'},
+    'voyage': {
+        'departure': [50.8, -1.1],
+        'arrival': [17.9, -40.0],
+        'sails_at': 3600.0,
+        'arrives_at': 169_200.0,
+    },
+    'clock': {},
+    'log.interval': 60.0,
+}
 
 
-def southward(folder: Path, **overrides: object) -> Scene:
-    file = folder / 'southward.yaml'
-    file.write_text(SOUTHWARD)
-    return load_scene(str(file), **overrides)
+def southward(**overrides: object) -> Scene:
+    return load_scene('involute_weight_at_sea', **SOUTHWARD | overrides)
 
 
-def test_gravity_is_normal_on_a_voyage_and_a_number_elsewhere(tmp_path: Path) -> None:
-    scene = southward(tmp_path)
+def test_gravity_is_normal_on_a_voyage_and_a_number_elsewhere() -> None:
+    scene = southward()
     assert scene.gravity == 'normal'
     assert scene.g == float(normal_gravity(math.radians(50.8)))
-    assert southward(tmp_path, gravity=9.8).g == 9.8
+    assert southward(gravity=9.8).g == 9.8
     assert load_scene('ideal').gravity == 9.80665
     assert parse_scene(scene_yaml(scene), 'a bag') == scene
 
@@ -127,9 +126,9 @@ def test_normal_gravity_needs_a_voyage() -> None:
     assert caught.value.key == 'gravity'
 
 
-def test_a_weight_follows_the_root_of_gravity_on_the_way(tmp_path: Path) -> None:
+def test_a_weight_follows_the_root_of_gravity_on_the_way() -> None:
     """The wheel is linear: its action is kept while its frequency changes, φ = ∫√(mgr/I) dt."""
-    scene = southward(tmp_path)
+    scene = southward()
     assert scene.voyage is not None
     voyage = sail(scene)
     time_ns = voyage.time_s * 1e9
@@ -146,7 +145,7 @@ def test_a_weight_follows_the_root_of_gravity_on_the_way(tmp_path: Path) -> None
     assert np.abs(error).max() < 1e-3
 
 
-def test_at_sea_gravity_is_beside_the_heave(tmp_path: Path) -> None:
+def test_at_sea_gravity_is_beside_the_heave() -> None:
     sea = {
         'kind': 'components',
         'rate': 4.0,
@@ -154,11 +153,11 @@ def test_at_sea_gravity_is_beside_the_heave(tmp_path: Path) -> None:
         'components': [{'amplitude': 0.1, 'period': 9.0, 'phase': 0.0}],
     }
     normal, number = (
-        ShipMotion(southward(tmp_path, duration=172_800.0, ship=sea, **more))
+        ShipMotion(southward(duration=172_800.0, ship=sea, **more))
         for more in ({}, {'gravity': 9.80665})
     )
     felt, plain = (motion.produce(motion.total).linear_acceleration for motion in (normal, number))
-    scene = southward(tmp_path)
+    scene = southward()
     assert scene.voyage is not None
     way = GravityOnTheWay(Passage(scene, scene.voyage), scene.duration_ns)
     weighs = way.at(np.arange(len(felt), dtype=np.int64) * 250_000_000)

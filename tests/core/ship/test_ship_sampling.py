@@ -281,25 +281,10 @@ def test_a_chaotic_clock_is_promised_no_accuracy():
 
 def test_the_bound_of_a_run_of_seconds_holds():
     """With four samples a log interval. A closer log would give a third of the error by DOP853."""
-    asked = parse_scene(
-        """
-        name: seconds
-        duration: 30.0
-        starts_at: 86400.0
-        trochlea:
-          inertia: 4.0e-4
-          cam: {kind: involute, base_radius: 0.005}
-          thread: {kind: vertical}
-          power: {kind: weight, mass: 0.322}
-          release_angle: -0.6075
-        ship:
-          kind: components
-          height: -1.954
-          components: [{amplitude: 0.0065, period: 3.72, phase: -2.583}]
-        solver: {accuracy: 1.0e-3}
-        """,
-        'seconds',
-    )
+    trochlea = {**STEEP_WEIGHT, 'release_angle': -0.6075}
+    ship = rolling(-1.954, (0.0065, 3.72, -2.583))
+    content = {'duration': 30.0, 'starts_at': 86400.0, 'trochlea': trochlea, 'ship': ship}
+    asked = built(content, solver={'accuracy': 1e-3})
     assert asked.ship.rate == 4.0
     voyage = sail(asked)
     machine = compile_machine(asked)

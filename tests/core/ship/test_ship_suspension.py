@@ -1,6 +1,5 @@
 """The suspension of the case: ship's motion in, readings of a sensor in the case out."""
 
-import copy
 import math
 import pickle
 from dataclasses import replace
@@ -20,7 +19,7 @@ from tauto_core.machines import compile_machine
 from tauto_core.machines.axle_pendulum import AxlePendulum, AxleState, SupportMotion, modes
 from tauto_core.motion.axle import forces
 from tauto_core.samples import READING, SHIP_IMU, ImuSamples, join, take
-from tauto_core.scene import SceneError, load_scene, parse_scene, scene_yaml
+from tauto_core.scene import SceneError, load_scene, scene_yaml
 from tauto_core.scene.errors import PropagationError
 from tauto_core.ship import ShipMotion
 from tauto_core.ship.buffer import sensed_parts, sensed_step_ns
@@ -40,14 +39,8 @@ SLOW, FAST = (math.sqrt(square) for square in OWN.squared_frequencies(G))
 
 def scene_of(**changes):
     """The shipped scene with changes of suspension, ship and the whole."""
-    content = copy.deepcopy(CONTENT) | {'duration': 60.0}
-    for key, value in changes.items():
-        section, _, name = key.partition('__')
-        if name:
-            content[section][name] = value
-        else:
-            content[section] = value
-    return parse_scene(yaml.safe_dump(content), NAME)
+    asked = {key.replace('__', '.'): value for key, value in changes.items()}
+    return load_scene(NAME, **RATE | {'duration': 60.0} | asked)
 
 
 def rolling(components, *, rate=20.0, height=3.0, heave=None, **changes):

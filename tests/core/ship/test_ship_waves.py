@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from functools import partial
-from itertools import pairwise, product
+from itertools import pairwise
 
 import mpmath
 import numpy as np
@@ -146,30 +146,6 @@ def test_value_rate_and_acceleration_are_those_of_the_definition(begins_s):
         got = [float(x[0]) for x in sampled.between(k, k + 1, 0, 1, 2)]
         wanted = exact(partial(faded, fades), k)
         assert np.all(np.abs(np.subtract(got, wanted)) < limits), (part, got, wanted)
-
-
-def test_the_variance_goes_from_one_to_the_other_without_a_dip():
-    """The mean square over the quarters of a turn of both phases is the ensemble's."""
-    a, b, length_s = 0.3, 0.7, 1200.0
-
-    def squares(alpha: float, beta: float) -> np.ndarray:
-        waves = [
-            Harmonics(np.array([size]), np.array([period]), np.array([phase]))
-            for size, period, phase in ((a, 9.1, alpha), (b, 6.3, beta))
-        ]
-        fades = Fades((0, round(length_s * S)), (0, 1), waves.__getitem__)
-        (value,) = SampledFades(fades, STEP_NS).between(0, round(length_s * S) // STEP_NS, 0)
-        return value**2
-
-    quarters = np.arange(4) * np.pi / 2.0
-    mean = np.mean([squares(*phases) for phases in product(quarters, quarters)], axis=0)
-    u = (np.arange(len(mean)) / len(mean))[::997]
-    steps = np.array([float(mpmath.betainc(4, 4, 0, x, regularized=True)) for x in u])
-    angle = 0.5 * np.pi * steps
-    wanted = 0.5 * (a * a * np.cos(angle) ** 2 + b * b * np.sin(angle) ** 2)
-    np.testing.assert_allclose(mean[::997], wanted, rtol=2e-14)
-    assert 0.5 * a * a * (1.0 - 1e-14) < mean.min()
-    assert mean.max() < 0.5 * b * b * (1.0 + 1e-14)
 
 
 def test_where_one_sea_is_alone_it_has_the_bits_of_that_sea():
