@@ -26,7 +26,6 @@ from tauto_core.navigation.regressors import (
     Regressors,
     integral_names,
 )
-from tauto_core.scene import parse_scene
 from tauto_core.scene.errors import SceneError, TautoError
 from tauto_core.scene.sections import Solver, walk_per_s
 from tauto_core.scene.times import DAY_S as DAY
@@ -354,43 +353,26 @@ def test_coefficients_widen_the_longitude_by_their_sigma():
 # -----------------------------------------------------------------------------
 # Trial runs of a machine in small waves, against Mathieu's equation and other closed forms.
 
-RUN_SCENE = """
-duration: 600.0
-trochlea:
-  inertia: 4.0e-4
-  cam: {cam}
-  thread: {thread}
-  power: {power}
-  release_angle: 1.0
-ship:
-  kind: sea
-  sea: {{spectrum: bretschneider, significant_wave_height: 2.5, peak_period: 9.0}}
-  roll: {{natural_period: 11.0, damping_ratio: 0.08, slope_coefficient: 0.7}}
-  heave: true
-  height: 3.0
-  rate: 10.0
-drift: {{observation_interval: 60.0, covariates: [{covariates}]{more}}}
-log: {{interval: 1.0}}
-"""
 LINEAR = {
-    'cam': '{kind: involute, base_radius: 0.010}',
-    'thread': '{kind: vertical}',
-    'power': '{kind: weight, mass: 0.16, massless: true}',
+    'trochlea.cam': {'kind': 'involute', 'base_radius': 0.010},
+    'trochlea.thread': {'kind': 'vertical'},
+    'trochlea.power': {'kind': 'weight', 'mass': 0.16, 'massless': True},
 }
-SECOND_CAM = {
-    'cam': '{kind: hole, lever_rate: 0.010}',
-    'thread': '{kind: hole, distance: 0.080}',
-    'power': '{kind: force, force: 2.0}',
-}
+SECOND_CAM = {'trochlea.power': {'kind': 'force', 'force': 2.0}}
 HANGING = {
-    'cam': '{kind: involute, base_radius: 0.005}',
-    'thread': '{kind: hanging, length: 1.0}',
-    'power': '{kind: weight, mass: 0.322}',
+    'trochlea.cam': {'kind': 'involute', 'base_radius': 0.005},
+    'trochlea.thread': {'kind': 'hanging', 'length': 1.0},
+    'trochlea.power': {'kind': 'weight', 'mass': 0.322},
 }
+SEA = {'spectrum': 'bretschneider', 'significant_wave_height': 2.5, 'peak_period': 9.0}
+ROLL = {'natural_period': 11.0, 'damping_ratio': 0.08, 'slope_coefficient': 0.7}
 
 
-def run_scene_of(machine, covariates='heave, roll', more=''):
-    return parse_scene(RUN_SCENE.format(**machine, covariates=covariates, more=more), 'test')
+def run_scene_of(machine, covariates=NAMES, **drift):
+    drift |= {'observation_interval': 60.0, 'covariates': list(covariates)}
+    ship = {'kind': 'sea', 'sea': SEA, 'roll': ROLL, 'heave': True, 'height': 3.0, 'rate': 10.0}
+    given = {'duration': 600.0, 'ship': ship, 'clock': {}, 'log.interval': 1.0, 'drift': drift}
+    return tauto.load('ideal', **given, **machine)
 
 
 def slow():
@@ -428,7 +410,7 @@ def test_a_weight_on_a_linear_lever_is_mathieus():
     )
     assert heave.coefficient.value == pytest.approx(mean, rel=1e-4)
     assert 0.05 < heave.coefficient.sigma < 0.06
-    (alone,) = covariates.runs(run_scene_of(LINEAR, 'roll'))
+    (alone,) = covariates.runs(run_scene_of(LINEAR, ['roll']))
     assert tuple(roll.at) == tuple(alone.at) == covariates.ROLL_PERIODS_S
     for period_s, found in alone.at.items():
         # the sway at the clock adds <y''²>/(4 g²), met twice a wave: another (Ω/ω)²
@@ -444,8 +426,7 @@ def test_a_force_does_not_feel_the_sea():
 
 
 def test_what_a_scene_states_is_not_tried():
-    more = ', coefficients: {roll: {value: 0.25, sigma: 0.125}}'
-    scene = run_scene_of(LINEAR, more=more)
+    scene = run_scene_of(LINEAR, coefficients={'roll': {'value': 0.25, 'sigma': 0.125}})
     assert [found.name for found in covariates.runs(scene)] == ['heave']
     heave, roll = nav.clock_model(scene).coefficients
     assert roll == ('roll', 0.25, 0.125)
@@ -453,39 +434,39 @@ def test_what_a_scene_states_is_not_tried():
 
 
 @pytest.mark.parametrize(
-    ('more', 'words'),
+    ('drift', 'words'),
     [
-        ('', 'the rate to follow heave and roll'),
+        ({}, 'the rate to follow heave and roll'),
         (
-            ', random_walk_fm: 12, white_fm: 0.4',
+            {'random_walk_fm': 12.0, 'white_fm': 0.4},
             'the rate to follow heave and roll and to wander by 12 s/day in a day and to scatter '
             'by 0.40 s in a day',
         ),
     ],
 )
-def test_the_assumption_names_covariates_and_wandering(more, words):
-    assert covariates.assumption(run_scene_of(LINEAR, more=more)) == words
+def test_the_assumption_names_covariates_and_wandering(drift, words):
+    assert covariates.assumption(run_scene_of(LINEAR, **drift)) == words
 
 
 def test_waves_that_the_motion_does_not_show_are_not_tried():
-    exact = Solver(tolerance=2e-12)
-    scene = run_scene_of(SECOND_CAM, 'heave').model_copy(update={'ship': slow(), 'solver': exact})
+    changes = {'ship': slow(), 'solver': Solver(tolerance=2e-12)}
+    scene = run_scene_of(SECOND_CAM, ['heave']).model_copy(update=changes)
     (heave,) = covariates.runs(scene)
     assert tuple(heave.at) == (6.0, 9.0)
 
 
 @pytest.mark.parametrize(
-    ('covariates', 'more', 'words'),
+    ('covariates', 'coefficients', 'words'),
     [
-        ('heave, heave', '', 'names heave twice'),
-        ('roll', ', coefficients: {heave: {value: 1.0, sigma: 0.1}}', 'does not name heave'),
-        ('pitch', '', "must be 'heave', 'roll'"),
-        ('heave', ', coefficients: {heave: {value: 1.0, sigma: 0.0}}', 'sigma'),
+        (['heave', 'heave'], {}, 'names heave twice'),
+        (['roll'], {'heave': {'value': 1.0, 'sigma': 0.1}}, 'does not name heave'),
+        (['pitch'], {}, "must be 'heave', 'roll'"),
+        (['heave'], {'heave': {'value': 1.0, 'sigma': 0.0}}, 'sigma'),
     ],
 )
-def test_impossible_covariates_are_refused_by_name(covariates, more, words):
+def test_impossible_covariates_are_refused_by_name(covariates, coefficients, words):
     with pytest.raises(SceneError, match=words):
-        run_scene_of(LINEAR, covariates, more)
+        run_scene_of(LINEAR, covariates, coefficients=coefficients)
 
 
 @pytest.mark.parametrize(
@@ -524,20 +505,20 @@ def test_without_a_fitting_equation_a_random_walk_is_advised():
     key, _, advised = caught.value.remedy.rstrip('.').rpartition(': ')
     assert key.endswith('drift.random_walk_fm')
     # with the random walk that the refusal names the scene is accepted and expects it
-    walking = run_scene_of(HANGING, more=f', random_walk_fm: {float(advised)}')
+    walking = run_scene_of(HANGING, random_walk_fm=float(advised))
     assert nav.clock_model(walking).random_walk_fm_per_s == walk_per_s(float(advised))
     # a little less is refused as before
     with pytest.raises(SceneError, match='no rate equation'):
-        nav.clock_model(run_scene_of(HANGING, more=f', random_walk_fm: {0.9 * float(advised)}'))
+        nav.clock_model(run_scene_of(HANGING, random_walk_fm=0.9 * float(advised)))
 
 
 def test_stated_coefficients_are_not_tested():
-    more = ', coefficients: {heave: {value: 1.0, sigma: 0.05}, roll: {value: 0.0, sigma: 0.1}}'
-    assert len(nav.clock_model(run_scene_of(HANGING, more=more)).coefficients) == 2
+    stated = {'heave': {'value': 1.0, 'sigma': 0.05}, 'roll': {'value': 0.0, 'sigma': 0.1}}
+    assert len(nav.clock_model(run_scene_of(HANGING, coefficients=stated)).coefficients) == 2
 
 
 def test_the_departure_is_in_sigmas_of_the_priors():
-    scene = run_scene_of(LINEAR, 'heave')
+    scene = run_scene_of(LINEAR, ['heave'])
     (tried,) = (each.coefficient for each in covariates.runs(scene))
     # a wrong coefficient departs by its error over its sigma, whatever the seas
     wrong = tried._replace(value=tried.value + 4.0 * tried.sigma)

@@ -31,28 +31,28 @@ G = 9.80665
 # -----------------------------------------------------------------------------
 # A hull: what shakes the clock, by the plane in which its thread can lean.
 
-HULL = """
-duration: 7200.0
-gravity: 9.80665
-trochlea:
-  inertia: 4.0e-4
-  cam: {{kind: involute, base_radius: 0.010}}
-  thread: {{kind: vertical}}
-  power: {{kind: weight, mass: 0.16, massless: true}}
-  release_angle: 1.0
-  plane: {plane}
-ship:
-  kind: sea
-  sea: {{spectrum: bretschneider, significant_wave_height: 2.5, peak_period: 9.0}}
-  roll: {{natural_period: 11.0, damping_ratio: 0.08, slope_coefficient: 0.7}}
-  hull: {{shape: sloop, length: 34.0}}
-  clock: {{forward: 5.0, port: 0.0}}
-  heading: {heading}
-  height: 1.0
-  rate: 10.0
-drift: {{covariates: [heave], coefficients: {{heave: {{value: 1.0, sigma: 0.05}}}}}}
-log: {{interval: 60.0}}
-"""
+
+HEAVE = {'covariates': ['heave'], 'coefficients': {'heave': {'value': 1.0, 'sigma': 0.05}}}
+HULL = {
+    'kind': 'sea',
+    'sea': {'spectrum': 'bretschneider', 'significant_wave_height': 2.5, 'peak_period': 9.0},
+    'roll': {'natural_period': 11.0, 'damping_ratio': 0.08, 'slope_coefficient': 0.7},
+    'hull': {'shape': 'sloop', 'length': 34.0},
+    'clock': {'forward': 5.0, 'port': 0.0},
+    'height': 1.0,
+    'rate': 10.0,
+}
+
+
+def hull_scene(heading, plane, thread, power):
+    trochlea = {'inertia': 4e-4, 'release_angle': 1.0, 'plane': plane, 'thread': thread}
+    trochlea |= {'cam': {'kind': 'involute', 'base_radius': 0.010}, 'power': power}
+    given = {'duration': 7200.0, 'clock': {}, 'drift': HEAVE, 'gravity': G}
+    return load_scene('ideal', **given, trochlea=trochlea, ship=HULL | {'heading': heading})
+
+
+PLAIN = {'kind': 'vertical'}, {'kind': 'weight', 'mass': 0.16, 'massless': True}
+SWINGING = {'kind': 'hanging', 'length': 1.0}, {'kind': 'weight', 'mass': 0.3}
 
 
 def parts_of(imu, plane, end):
@@ -75,7 +75,7 @@ def test_a_hull_changes_the_rate_by_what_the_regressor_says(heading, plane):
 
     Up and down the correction is (Ω/2ω)², 1 to 3 %, so 3 % of both parts: these may cancel.
     """
-    scene = parse_scene(HULL.format(heading=heading, plane=plane), 'test')
+    scene = hull_scene(heading, plane, *PLAIN)
     motion = ShipMotion(scene)
     imu = motion.produce(motion.total)
     found = Regressors(scene, live=False)
@@ -92,18 +92,13 @@ def test_a_hull_changes_the_rate_by_what_the_regressor_says(heading, plane):
 def test_a_thread_that_swings_takes_more_of_the_sway():
     """By 1/(1 - l Ω²/g)², with the ship's sway at Ω. Its damping costs (2 ζ Ω/ω)² of that."""
     period_s, length = 8.0, 1.0
-    machine = 'thread: {{kind: hanging, length: 1.0}}\n  power: {{kind: weight, mass: 0.3}}'
-    hanging = HULL.replace('thread: {{kind: vertical}}', machine).replace(
-        '  power: {{kind: weight, mass: 0.16, massless: true}}\n', ''
-    )
-    plain = parse_scene(HULL.format(heading=0.0, plane='vertical'), 'test')
-    swings = parse_scene(hanging.format(heading=0.0, plane='vertical'), 'test')
     n = 20 * 1000
     stamps, none = 50_000_000 * np.arange(n), np.zeros(n)
     omega = math.tau / period_s
     sway = 0.5 * np.sin(omega * 0.05 * np.arange(n))
     grown = []
-    for scene in (plain, swings):
+    for machine in (PLAIN, SWINGING):
+        scene = hull_scene(0.0, 'vertical', *machine)
         source = Regressors(scene, live=False)
         source.feed({s.SHIP_IMU: imu_from_roll(stamps, none, none, sway, none + G)})
         (row,) = np.diff(source.at(np.array([200 * S, 1000 * S]))[:, 0])
