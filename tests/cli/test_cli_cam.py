@@ -19,15 +19,6 @@ from ezdxf.filemanagement import readfile
 from tauto_core.samples import FloatArray
 from tauto_core.scene import load_scene
 
-SCENE = """
-duration: 60.0
-trochlea:
-  inertia: 4.0e-4
-  cam: {kind: weight_corrected, period: 1.0}
-  thread: {kind: vertical}
-  power: {kind: weight, mass: 0.02}
-  release_angle: 1.0
-"""
 TOY = ('cam', 'measured', '--plate', '--set', 'trochlea.cam.base_radius=0.002')
 
 
@@ -102,9 +93,9 @@ def test_a_drawing_fills_its_page_and_is_legible_at_800_px(name: str, tmp_path: 
 
 
 def test_a_corrected_cam_is_drawn_where_it_does_not_sweep_away(tmp_path: Path) -> None:
-    file, points = tmp_path / 'vertical.yaml', tmp_path / 'cam.csv'
-    file.write_text(SCENE)
-    run('cam', file, '--csv', points)
+    points, cam = tmp_path / 'cam.csv', 'trochlea.cam={kind: weight_corrected, period: 1.0}'
+    light = ('involute_weight_at_sea', '--set', cam, '--set', 'trochlea.power.mass=0.02')
+    run('cam', *light, '--csv', points)
     # up to t = λ = √(I/m), not to the edge with an arm a thousand times longer
     assert np.abs(rows(points)[:, :2]).max() < 10e3 * math.sqrt(4e-4 / 0.02)
 

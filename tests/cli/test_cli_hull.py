@@ -3,6 +3,7 @@
 import json
 import math
 import sys
+from functools import partial
 
 import numpy as np
 import pytest
@@ -27,17 +28,11 @@ def test_the_table_of_a_shipped_shape_is_that_of_the_library():
     ship = Hull(named_hull('deptford'), 11.0, 0.08)
     assert found['ship']['centre_of_gravity_m'] == ship.z_g
     assert len(found['rates_s_per_day']) == 15
-    row = next(
-        each
-        for each in found['rates_s_per_day']
-        if each['heading_rad'] == math.pi and each['forward_m'] == pytest.approx(12.0)
-    )
-    [same] = rate_by_place(
-        ship,
-        lambda omega: bretschneider(omega, 2.5, 9.0),
-        headings=[math.pi],
-        places=[ClockPlace(row['forward_m'], 0.0, row['up_m'])],
-    )
+    ahead = [each for each in found['rates_s_per_day'] if each['heading_rad'] == math.pi]
+    row = next(each for each in ahead if each['forward_m'] == pytest.approx(12.0))
+    place = ClockPlace(row['forward_m'], 0.0, row['up_m'])
+    spectrum = partial(bretschneider, significant_wave_height=2.5, peak_period=9.0)
+    [same] = rate_by_place(ship, spectrum, headings=[math.pi], places=[place])
     assert row['heave'] == same.heave
     assert row['pitching'] == same.pitching
     printed = hull('--shape', 'deptford', '--roll-period', 11).stdout
