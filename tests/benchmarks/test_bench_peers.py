@@ -29,9 +29,8 @@ def problem(key: str) -> Problem:
 @pytest.mark.parametrize('kind', [Heyoka, HeyokaTuned, HeyokaBatch])
 def test_missing_library_is_named_with_what_installs_it(kind, monkeypatch):
     monkeypatch.setitem(sys.modules, 'heyoka', None)
-    with pytest.raises(
-        MissingPeerError, match=r'heyoka is not installed.*benchmarks/requirements'
-    ):
+    words = r'heyoka is not installed.*benchmarks/requirements'
+    with pytest.raises(MissingPeerError, match=words):
         kind()
 
 

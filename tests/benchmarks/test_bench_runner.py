@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from dataclasses import replace
 from typing import Any
@@ -40,9 +41,7 @@ class Known:
         self.runs.append(duration_s)
         true, omega = reference(problem, duration_s), problem.numbers.frequency
         turned = complex(true.angle, -true.rate / omega)
-        turned *= complex(
-            math.cos(self.rad_per_s * duration_s), math.sin(self.rad_per_s * duration_s)
-        )
+        turned *= cmath.exp(1j * self.rad_per_s * duration_s)
         return Outcome(duration_s, turned.real, -omega * turned.imag, self.cost * duration_s, 0.25)
 
 
@@ -108,10 +107,8 @@ def test_a_missing_peer_is_named_and_skipped(monkeypatch: pytest.MonkeyPatch) ->
     result = bench(['a'], ['heyoka', 'known'], say=said.append)
     assert {row['program'] for row in result['rows']} == {'known'}
     assert len(result['missing']) == 1
-    assert (
-        'heyoka is not installed. Install it with pip install -r benchmarks/requirements.txt'
-        in said[0]
-    )
+    remedy = 'Install it with pip install -r benchmarks/requirements.txt'
+    assert f'heyoka is not installed. {remedy}' in said[0]
 
 
 @pytest.mark.parametrize('key', ['a', 'b'])
@@ -150,11 +147,9 @@ def a_row(**changes: Any) -> dict[str, Any]:
 
 
 def test_ratios_count_only_what_is_accurate_enough() -> None:
-    others = [
-        a_row(program='heyoka', error_s_per_day=error, us_per_oscillation=cost)
-        for error, cost in ((1e-6, 3.0), (9e-10, 60.0), (1e-12, 90.0))
-    ]
-    rows = [a_row(), *others]
+    rows = [a_row()]
+    for error, cost in ((1e-6, 3.0), (9e-10, 60.0), (1e-12, 90.0)):
+        rows += [a_row(program='heyoka', error_s_per_day=error, us_per_oscillation=cost)]
     assert ratio(rows[0], rows, ['heyoka'], 1e-9) == 30.0
     assert ratio(rows[0], rows, ['heyoka'], 1e-11) == 45.0
     assert ratio(rows[0], rows, ['dop853_compiled'], 1e-9) is None

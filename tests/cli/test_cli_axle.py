@@ -35,9 +35,8 @@ def test_friction_gives_the_length_that_experience_shows() -> None:
     """§40: on a smooth plane k²/c; rolling (k² + (c − b)²)/c, near the length on a knife-edge."""
     smooth = json.loads(run(*BODY, '--release-tilt', '0.1', '--json'))
     assert (smooth['h_m'], smooth['h_prime_m']) == (None, pytest.approx(0.15**2 / 0.3))
-    rolling = json.loads(
-        run(*BODY, '--axle-radius', '0.02', '--contact', 'rolling', '--push-spin', '1', '--json')
-    )
+    asked = ('--axle-radius', '0.02', '--contact', 'rolling', '--push-spin', '1', '--json')
+    rolling = json.loads(run(*BODY, *asked))
     assert rolling['length_m'] == pytest.approx((0.15**2 + 0.28**2) / 0.3)
 
 
@@ -74,10 +73,9 @@ def test_a_scene_is_checked_and_its_isochronism_told() -> None:
     """A thin axle that rolls swings as a circular pendulum, 1 + A²/16, nearly."""
     told = run('scene', 'check', 'axle_at_sea')
     assert 'concave, rolling' in told
-    rows = json.loads(run('isochronism', 'axle_at_sea', '--amplitudes', '0.1,0.3', '--json'))[
-        'rows'
-    ]
-    ratio = (rows[1]['period_s'] / rows[0]['period_s'] - 1.0) / (0.3**2 - 0.1**2)
+    asked = ('isochronism', 'axle_at_sea', '--amplitudes', '0.1,0.3', '--json')
+    short, long = (row['period_s'] for row in json.loads(run(*asked))['rows'])
+    ratio = (long / short - 1.0) / (0.3**2 - 0.1**2)
     assert ratio == pytest.approx(1.0 / 16.0, rel=0.15)
     smooth = ('--set', 'regulator.contact=smooth')
     assert 'two modes' in refused('isochronism', 'axle_at_sea', '--amplitudes', '1', *smooth)

@@ -84,9 +84,7 @@ def test_lists_fit_a_terminal_of_80_columns() -> None:
 
 @pytest.mark.parametrize('arguments', [('nonsense',), ('sail',), ('sail', 'ideal', '--nonsense')])
 def test_a_bad_command_line_exits_2(arguments: tuple[str, ...]) -> None:
-    result = invoke(*arguments)
-    assert result.exit_code == 2
-    assert result.stdout == ''
+    assert 'Usage' in refused(*arguments)
 
 
 def test_an_unexpected_exception_keeps_its_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -182,9 +180,8 @@ def test_errors_after_loading_name_the_file(tmp_path: Path) -> None:
     text = OFF_THE_CAM.replace('weight, mass', 'force, force').replace('3.1', '3.2')
     scene.write_text(f'name: other\n{text}')
     for command in (('sail',), ('scene', 'check'), ('isochronism', '--amplitudes', '1')):
-        result = invoke(*command, scene)
-        assert result.exit_code == 2
-        assert result.stderr.startswith(f'tauto: {scene}: trochlea.release_angle = 3.2')
+        said = refused(*command, scene)
+        assert said.startswith(f'tauto: {scene}: trochlea.release_angle = 3.2')
 
 
 def test_measured_motion_that_breaks_off_is_reported(tmp_path: Path) -> None:

