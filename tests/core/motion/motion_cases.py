@@ -10,7 +10,14 @@ import numpy as np
 import yaml
 
 from tauto_core.clockwork import TrochleaStage
-from tauto_core.machines import AnyMachine, Machine
+from tauto_core.machines import (
+    AnyMachine,
+    LeverMachine,
+    Machine,
+    SteadySwing,
+    compile_machine,
+    steady_swing,
+)
 from tauto_core.motion import Forcing
 from tauto_core.motion.forcing import Motion
 from tauto_core.samples import JOINT_STATES, PHASE, Batches
@@ -21,35 +28,49 @@ from tauto_core.ship.buffer import MotionBuffer
 INERTIA, LEVER_RATE, FORCE = 4.0e-4, 0.01, 2.0
 OMEGA = float(np.sqrt(FORCE * LEVER_RATE / INERTIA))
 
-WEIGHT = {
-    'cam': {'kind': 'involute', 'base_radius': 0.012},
-    'thread': {'kind': 'vertical'},
-    'power': {'kind': 'weight', 'mass': 0.15},
-    'inertia': 8e-3,
-}
-SEA = {
-    'kind': 'components',
-    'components': [
-        {'amplitude': 0.15, 'period': 8.2, 'phase': 1.0},
-        {'amplitude': 0.04, 'period': 6.3, 'phase': -0.5},
-    ],
-    'heave': [{'amplitude': 0.6, 'period': 10.2, 'phase': 0.7}],
-    'height': 2.5,
-}
+VERTICAL = {'kind': 'vertical'}
 
-LEVER_WHEEL = {
-    'cam': {'kind': 'involute', 'base_radius': 0.02},
-    'power': {'kind': 'weight', 'mass': 0.05},
-}
-LEVER = {
-    **LEVER_WHEEL,
-    'thread': {'kind': 'lever', 'arm': 0.1, 'weight_arm': 0.15, 'length': 0.3},
-}
-LONG_THREAD = {
-    'cam': {'kind': 'involute', 'base_radius': 0.005},
-    'power': {'kind': 'weight', 'mass': 0.322},
-    'thread': {'kind': 'hanging', 'length': 1.5},
-}
+
+def weight_of(mass: float, base_radius: float, **more: Any) -> dict[str, Any]:
+    """Return a weight on the vertical thread of an involute."""
+    cam, power = involute(base_radius), {'kind': 'weight', 'mass': mass}
+    return {'cam': cam, 'thread': VERTICAL, 'power': power} | more
+
+
+def involute(base_radius: float) -> dict[str, Any]:
+    """Return the cam."""
+    return {'kind': 'involute', 'base_radius': base_radius}
+
+
+def arc(radius: float, root_depth: float) -> dict[str, Any]:
+    """Return a cheek along an arc of a circle."""
+    return {'kind': 'circular_arc', 'radius': radius, 'root_depth': root_depth}
+
+
+def impulse(energy: float, angle: float = 0.0, **rest: float) -> dict[str, Any]:
+    """Return an escapement."""
+    given = {'kind': 'impulse', 'energy': energy, 'angle': angle}
+    return {**given, 'rest': rest} if rest else given
+
+
+def waves(*cosines: tuple[float, ...]) -> list[dict[str, float]]:
+    """Return roll or heave: amplitude, period and phase of each wave."""
+    names = 'amplitude', 'period', 'phase'
+    return [dict(zip(names, each, strict=False)) for each in cosines]
+
+
+def rolling(*cosines: tuple[float, ...], **more: Any) -> dict[str, Any]:
+    """Return a ship that rolls."""
+    return {'kind': 'components', 'components': waves(*cosines), **more}
+
+
+WEIGHT = weight_of(0.15, 0.012, inertia=8e-3)
+SEA = rolling((0.15, 8.2, 1.0), (0.04, 6.3, -0.5), heave=waves((0.6, 10.2, 0.7)), height=2.5)
+
+TIED = {'kind': 'lever', 'arm': 0.1, 'weight_arm': 0.15, 'length': 0.3}
+LEVER_WHEEL = {'cam': involute(0.02), 'power': {'kind': 'weight', 'mass': 0.05}}
+LEVER = {**LEVER_WHEEL, 'thread': TIED}
+LONG_THREAD = weight_of(0.322, 0.005, thread={'kind': 'hanging', 'length': 1.5})
 STIFF = {'kind': 'weight_and_spring', 'mass': 0.322, 'stiffness': 300.0}
 """Weight and spring of the long thread."""
 
@@ -75,6 +96,15 @@ def scene_of(**sections: Any) -> Scene:
     }
     trochlea = {**base['trochlea'], **sections.pop('trochlea', {})}
     return parse_scene(yaml.safe_dump({**base, **sections, 'trochlea': trochlea}), 'test')
+
+
+def foretold(scene: Scene) -> SteadySwing:
+    """Return the steady swing of a scene's clock."""
+    machine = compile_machine(scene)
+    assert isinstance(machine, Machine | LeverMachine)
+    swing = steady_swing(machine)
+    assert isinstance(swing, SteadySwing)
+    return swing
 
 
 def run(scene: Scene) -> Batches:

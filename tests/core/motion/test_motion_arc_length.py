@@ -8,7 +8,7 @@ from dataclasses import replace
 import mpmath
 import numpy as np
 import pytest
-from motion_cases import moved, on_land, scene_of
+from motion_cases import arc, moved, on_land, scene_of, weight_of
 
 from tauto_core.machines import compile_machine
 from tauto_core.motion.closed_forms import ActionAngle
@@ -25,18 +25,10 @@ from tauto_core.motion.wells import (
 RATE = 0.01
 
 
-def weight_of(k, release=1.0):
+def machine_of(k, release=1.0):
     """A weight on an involute with k = b√(m/I)."""
-    machine = compile_machine(
-        scene_of(
-            trochlea={
-                'cam': {'kind': 'involute', 'base_radius': RATE},
-                'thread': {'kind': 'vertical'},
-                'power': {'kind': 'weight', 'mass': 2.0},
-                'release_angle': release,
-            }
-        )
-    )
+    trochlea = weight_of(2.0, RATE, release_angle=release)
+    machine = compile_machine(scene_of(trochlea=trochlea))
     mass = machine.inertia * (k / RATE) ** 2
     return replace(machine, carried_mass=mass, pulling_mass=mass)
 
@@ -67,7 +59,7 @@ def test_polynomials_hold_over_their_whole_range(k, release):
     (dn/ds)/s is the derivative of the polynomial of n: both belong to one Hamiltonian. It may lose
     2·degree² by Markov's inequality, and 2/limit by the chain rule.
     """
-    machine = weight_of(k, release)
+    machine = machine_of(k, release)
     shape = arc_shape(machine)
     assert shape is not None
     assert shape.k == pytest.approx(k, rel=1e-15)
@@ -94,20 +86,12 @@ def test_polynomials_hold_over_their_whole_range(k, release):
 
 
 def test_wells_without_a_weight_or_a_linear_lever_keep_the_angle():
-    machine = weight_of(0.1)
+    machine = machine_of(0.1)
     assert arc_shape(replace(machine, carried_mass=0.0)) is None
-    arc = compile_machine(
-        scene_of(
-            trochlea={
-                'cam': {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': 0.01},
-                'thread': {'kind': 'vertical'},
-                'power': {'kind': 'weight', 'mass': 2.0},
-            }
-        )
-    )
-    assert arc_shape(arc) is None
+    cheek = weight_of(2.0, RATE, cam=arc(0.02, 0.01))
+    assert arc_shape(compile_machine(scene_of(trochlea=cheek))) is None
     # a polynomial in u = s² as far as kϑ = 0.8 would be too long
-    assert arc_shape(weight_of(0.5, release=1.0)) is None
+    assert arc_shape(machine_of(0.5, release=1.0)) is None
 
 
 @pytest.mark.parametrize('k', [1e-6, 1e-3, 0.1, 0.5, 3.0])
@@ -134,7 +118,7 @@ def test_beyond_the_limit_the_functions_themselves_agree(k):
     Steps are within, across and beyond the limit, which the quadrature of the well does not have.
     After 45 swings both engines err by at most 1e-12 rad (measured 2e-13).
     """
-    machine, small = weight_of(k), weight_of(k, release=0.1)
+    machine, small = machine_of(k), machine_of(k, release=0.1)
     engine, short = Collocation(machine), Collocation(machine)
     short._shape = arc_shape(small)
     assert short._shape.limit < 0.07 < engine._shape.limit

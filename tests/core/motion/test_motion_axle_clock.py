@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-from motion_cases import on_land
 from mpmath import mp, mpf
 from scipy.integrate import solve_ivp
 
@@ -20,9 +19,8 @@ from tauto_core.machines.axle_pendulum import (
     AxlePendulum,
     AxleState,
     SupportMotion,
-    energy,
 )
-from tauto_core.motion.axle import AxleSwings, axle_table, forces
+from tauto_core.motion.axle import axle_table, forces
 from tauto_core.samples import JOINT_STATES, PHASE, READING
 from tauto_core.scene import parse_scene
 from tauto_core.scene.errors import PropagationError
@@ -334,21 +332,6 @@ def test_chunks_and_a_restart_do_not_change_a_bit() -> None:
         whole, parts = sailed(scene), sailed(scene, 7)
         for name, values in whole.items():
             np.testing.assert_array_equal(parts[name], values)
-
-
-def test_energy_is_kept_for_minutes() -> None:
-    """Without friction, to rounding."""
-    clock = clock_of(12.5, 0.3, 0.15, (0.004, 0.4, 0.0, 0.0))
-    engine = AxleSwings(clock)
-    spans = on_land(60, 1.0)
-    engine.release(spans)
-    engine.advance(spans)
-    now = engine.state()['now']
-    after = AxleState(now['arc'], now['tilt'], now['arc_rate'], now['tilt_rate'])
-    before = AxleState(clock.arc, clock.tilt, 0.0, 0.0)
-    assert float(energy(clock.body, after)) == pytest.approx(
-        float(energy(clock.body, before)), rel=2e-13
-    )
 
 
 def test_a_push_that_throws_it_ends_the_run() -> None:

@@ -7,7 +7,18 @@ from pathlib import Path
 import mpmath
 import numpy as np
 import pytest
-from motion_cases import INERTIA, OMEGA, TOO_SMALL_TO_MATTER, run, scene_of, spans_to
+from motion_cases import (
+    INERTIA,
+    LEVER,
+    OMEGA,
+    TOO_SMALL_TO_MATTER,
+    arc,
+    rolling,
+    run,
+    scene_of,
+    spans_to,
+    weight_of,
+)
 
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import compile_machine
@@ -28,15 +39,9 @@ OWN_OF_SPRING = {
     'power': {'kind': 'spring', 'force': 2.0, 'stiffness': 50.0},
     'thread': {'kind': 'hole', 'distance': 0.05},
 }
-LEVER = {
-    'cam': {'kind': 'involute', 'base_radius': 0.02},
-    'power': {'kind': 'weight', 'mass': 0.05},
-    'thread': {'kind': 'lever', 'arm': 0.1, 'weight_arm': 0.15, 'length': 0.3},
-}
 HANGING = {'kind': 'hanging', 'length': 0.3}
-WEIGHT = {'kind': 'weight', 'mass': 0.2}
-MASSLESS = {**WEIGHT, 'massless': True}
-INVOLUTE = {'cam': {'kind': 'involute', 'base_radius': 0.01}, 'thread': {'kind': 'vertical'}}
+WEIGHT = weight_of(0.2, 0.01)
+MASSLESS = {**WEIGHT, 'power': {**WEIGHT['power'], 'massless': True}}
 
 
 @pytest.mark.parametrize('entry', WEIGHTS, ids=lambda e: e['id'])
@@ -51,13 +56,9 @@ def test_golden_periods_after_a_million_swings(entry):
     mass = disc * p['P_over_Q']
     scene = scene_of(
         gravity=p['g'],
-        trochlea={
-            'inertia': 0.5 * disc * p['disc_radius'] ** 2,
-            'cam': {'kind': 'involute', 'base_radius': p['r']},
-            'thread': {'kind': 'vertical'},
-            'power': {'kind': 'weight', 'mass': mass},
-            'release_angle': p['A'],
-        },
+        trochlea=weight_of(
+            mass, p['r'], inertia=0.5 * disc * p['disc_radius'] ** 2, release_angle=p['A']
+        ),
     )
     machine = compile_machine(scene)
     engine = make_propagator(machine, still=True)
@@ -74,14 +75,9 @@ def test_golden_periods_after_a_million_swings(entry):
 
 @pytest.mark.parametrize('amplitude', [1e-9, 0.3, 3.0, math.pi * (1 - 1e-9)])
 def test_action_angle_keeps_the_energy_up_to_the_edge(amplitude):
-    scene = scene_of(
-        trochlea={
-            'cam': {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': 0.01},
-            'thread': {'kind': 'vertical'},
-            'release_angle': amplitude,
-        }
-    )
-    machine = compile_machine(scene)
+    thread = {'kind': 'vertical'}
+    cheek = {'cam': arc(0.02, 0.01), 'thread': thread, 'release_angle': amplitude}
+    machine = compile_machine(scene_of(trochlea=cheek))
     engine = make_propagator(machine, still=True)
     assert engine.name == 'action_angle'
     times = np.cumsum(np.random.default_rng(2).integers(1, 10**12, 200))
@@ -102,10 +98,10 @@ def test_action_angle_keeps_the_energy_up_to_the_edge(amplitude):
         ({'drag': {'viscous': 0.05}}, True, 'collocation'),
         ({'drag': {'coulomb': 1e-6}}, False, 'collocation'),
         ({'escapement': {'energy': 1e-6}}, True, 'collocation'),
-        ({'trochlea': {**INVOLUTE, 'power': WEIGHT}}, True, 'action_angle'),
-        ({'trochlea': {**INVOLUTE, 'power': WEIGHT}}, False, 'collocation'),
-        ({'trochlea': {**INVOLUTE, 'power': MASSLESS}}, True, 'harmonic'),
-        ({'trochlea': {**INVOLUTE, 'power': MASSLESS}}, False, 'collocation'),
+        ({'trochlea': WEIGHT}, True, 'action_angle'),
+        ({'trochlea': WEIGHT}, False, 'collocation'),
+        ({'trochlea': MASSLESS}, True, 'harmonic'),
+        ({'trochlea': MASSLESS}, False, 'collocation'),
         ({'trochlea': {'power': {**OWN_OF_SPRING['power'], 'force': 3.0}}}, True, 'action_angle'),
         ({'trochlea': OWN_OF_WEIGHT}, True, 'harmonic'),
         ({'trochlea': OWN_OF_WEIGHT}, False, 'collocation'),
@@ -146,11 +142,7 @@ def exact_wheel(t, viscous):
 def test_a_day_of_the_second_cam_at_sea_against_the_exact_roll(viscous, days):
     """With the error of sampling at 20 Hz. 1e-9 s/day would be 7e-9 rad after a day."""
     scene = scene_of(
-        ship={
-            'kind': 'components',
-            'components': [{'amplitude': a, 'period': p, 'phase': e} for a, p, e in ROLL],
-            'height': 0.0,
-        },
+        ship=rolling(*ROLL),
         duration=86_400.0 * days,
         log={'interval': 3600.0},
         drag={'viscous': viscous} if viscous else None,
@@ -173,9 +165,7 @@ def test_a_day_of_the_second_cam_at_sea_against_the_exact_roll(viscous, days):
 
 def test_coarse_samples_are_enough_where_nothing_is_fitted():
     """Under four samples in the shortest wave. The error left is the one-sided first piece's."""
-    components = [{'amplitude': a, 'period': p, 'phase': e} for a, p, e in ROLL]
-    ship = {'kind': 'components', 'components': components, 'height': 0.0, 'rate': 1.25}
-    found = run(scene_of(ship=ship, duration=800.0, log={'interval': 3.2}))
+    found = run(scene_of(ship=rolling(*ROLL, rate=1.25), duration=800.0, log={'interval': 3.2}))
     angle = found[JOINT_STATES].position[:, 0]
     exact = exact_wheel(3.2 * np.arange(len(angle)), 0.0)
     # a window with one sample more on either side, not three, leaves 2e-6
@@ -184,11 +174,7 @@ def test_coarse_samples_are_enough_where_nothing_is_fitted():
 
 def test_forced_harmonic_stops_at_the_edge_of_the_cam():
     """Roll at resonance: θ grows until the cam ends, when the general engine finds it."""
-    ship = {
-        'kind': 'components',
-        'components': [{'amplitude': 0.2, 'period': 2 * math.pi / OMEGA, 'phase': 0.4}],
-        'height': 0.0,
-    }
+    ship = rolling((0.2, 2 * math.pi / OMEGA, 0.4))
     cam = {
         'cam': {'kind': 'hole', 'lever_rate': 0.01},
         'thread': {'kind': 'hole', 'distance': 0.02},

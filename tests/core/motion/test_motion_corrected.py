@@ -6,12 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from motion_cases import angles, at_rest_at_sea, moved, phases, scene_of, spans_to
+from motion_cases import angles, moved, phases, scene_of, spans_to
 from reference_propagator import Reference, by_reference
 
 from tauto_core.machines import compile_machine
 from tauto_core.motion import make_propagator, propagator_name
-from tauto_core.motion.collocation import Collocation
 
 VERTICAL = {'kind': 'vertical'}
 WEIGHT = {
@@ -68,22 +67,6 @@ def test_closed_form_is_the_motion(trochlea):
     # the phase is uniform
     turned = times * 1e-9 * 2.0 / trochlea['cam']['period']
     np.testing.assert_allclose(found.half_turns + found.fraction, turned, atol=1e-14 * len(times))
-
-
-@every_machine
-def test_collocation_finds_the_same_period(trochlea):
-    """Five swings in steps, which know nothing of the closed form."""
-    period = trochlea['cam']['period']
-    times = np.round(np.arange(1, 101) * period / 20 * 1e9).astype(np.int64)
-    spans = spans_to(times)
-    for part in (0.1, 0.8):
-        machine = machine_of(trochlea, part * largest(trochlea))
-        engine, forcing = Collocation(machine, 1e-14), at_rest_at_sea(spans, machine)
-        engine.release(forcing)
-        found = engine.advance(forcing)
-        phase = found.half_turns + found.fraction
-        # the weight's cam at 0.8 of its range bends the well most
-        np.testing.assert_allclose(phase[-1], 10.0, rtol=1e-12)
 
 
 ROLL: dict[str, Any] = {

@@ -15,9 +15,14 @@ from motion_cases import (
     OMEGA,
     TOO_SMALL_TO_MATTER,
     angles,
+    arc,
+    impulse,
     phases,
+    rolling,
     run,
     scene_of,
+    waves,
+    weight_of,
 )
 from scipy.optimize import brentq
 
@@ -71,11 +76,8 @@ def test_coulomb_friction_shortens_swings_alike_then_holds():
 def test_quadratic_drag_shortens_swings_by_the_first_integral():
     c = 5e-6
     kappa = 2 * c / INERTIA
-    times, angle, rate = angles(
-        scene_of(
-            drag=TOO_SMALL_TO_MATTER | {'quadratic': c}, log={'interval': 0.001}, duration=20.0
-        )
-    )
+    drag = TOO_SMALL_TO_MATTER | {'quadratic': c}
+    times, angle, rate = angles(scene_of(drag=drag, log={'interval': 0.001}, duration=20.0))
     amplitude, found = 1.0, []
     sign = np.sign(rate)
     for k in np.flatnonzero((sign[1:] != sign[:-1]) & (sign[:-1] != 0.0)):
@@ -84,15 +86,12 @@ def test_quadratic_drag_shortens_swings_by_the_first_integral():
         found.append(np.max(np.abs(np.polyval(a, np.linspace(-0.001, 0.002, 3001)))))
     for measured in found:
         # θ'' + ω²θ = ∓(κ/2) θ'²: (1 − κB) e^(κB) = (1 + κA) e^(−κA) from A to the next B
-        left = (1 + kappa * amplitude) * math.exp(-kappa * amplitude)
-        nxt = brentq(
-            lambda b, left=left: (1 - kappa * b) * math.exp(kappa * b) - left,
-            0.1 * amplitude,
-            amplitude,
-            xtol=1e-15,
-        )
-        assert measured == pytest.approx(nxt, abs=2e-9)
-        amplitude = nxt
+        def excess(b, a=amplitude):
+            left = (1 + kappa * a) * math.exp(-kappa * a)
+            return (1 - kappa * b) * math.exp(kappa * b) - left
+
+        amplitude = brentq(excess, 0.1 * amplitude, amplitude, xtol=1e-15)
+        assert measured == pytest.approx(amplitude, abs=2e-9)
     assert len(found) > 40
 
 
@@ -130,11 +129,8 @@ def swings_with_impulses(energy, where, count):
 def test_impulses_add_their_energy_once_a_beat_at_their_angle(
     energy, where, duration, interval, atol
 ):
-    scene = scene_of(
-        escapement={'kind': 'impulse', 'energy': energy, 'angle': where},
-        duration=duration,
-        log={'interval': interval},
-    )
+    escapement = impulse(energy, where)
+    scene = scene_of(escapement=escapement, duration=duration, log={'interval': interval})
     times, angle, rate = angles(scene)
     arcs = swings_with_impulses(energy, where, round(duration * OMEGA / math.pi) + 20)
     _, start, amplitude, sign = arcs[np.searchsorted(arcs[:, 0], times, 'right') - 1].T
@@ -149,39 +145,29 @@ def test_impulses_add_their_energy_once_a_beat_at_their_angle(
 def test_beats_and_turns_do_not_depend_on_how_long_the_steps_are(tolerance, angle):
     """At 1e-3 steps go from impulse to impulse. Logged often, and only at the end."""
     energy = 1e-6
-    often = scene_of(
-        escapement={'kind': 'impulse', 'energy': energy, 'angle': angle},
-        duration=120.0,
-        log={'interval': 0.5},
-        solver={'tolerance': tolerance},
+    sections = {'escapement': impulse(energy, angle), 'solver': {'tolerance': tolerance}}
+    often, rare = (
+        phases(scene_of(duration=120.0, log={'interval': interval}, **sections))
+        for interval in (0.5, 120.0)
     )
     arcs = swings_with_impulses(energy, angle, 300)
     times = np.arange(0.0, 120.25, 0.5)
     row = np.searchsorted(arcs[:, 0], times, 'right') - 1
     turned = OMEGA * (times - arcs[row, 1])
-    said = phases(often)
     # except near an arrival
     sure = np.abs(np.cos(turned)) > 1e-2
     beats = row // 2 + (turned > 0.5 * math.pi)
-    np.testing.assert_array_equal(said[sure, 3], beats[sure])
-    rare = phases(
-        often.model_copy(update={'log': often.log.model_copy(update={'interval': 120.0})})
-    )
-    assert rare[-1, 3] == said[-1, 3]
-    assert rare[-1, 0] == pytest.approx(said[-1, 0], abs=1e-4 if tolerance > 1e-6 else 1e-7)
+    np.testing.assert_array_equal(often[sure, 3], beats[sure])
+    assert rare[-1, 3] == often[-1, 3]
+    assert rare[-1, 0] == pytest.approx(often[-1, 0], abs=1e-4 if tolerance > 1e-6 else 1e-7)
 
 
 def test_a_wheel_that_nothing_moves_stays_where_it_is():
     scene = scene_of(
-        trochlea={
-            'cam': {'kind': 'involute', 'base_radius': 0.01},
-            'thread': {'kind': 'vertical'},
-            'power': {'kind': 'weight', 'mass': 0.2},
-            'release_angle': 0.0,
-        },
+        trochlea=weight_of(0.2, 0.01, release_angle=0.0),
         drag={'viscous': 1e-6},
-        escapement={'kind': 'impulse', 'energy': 1e-5, 'angle': 0.1},
-        ship={'kind': 'components', 'components': [{'amplitude': 0.0, 'period': 9.0}]},
+        escapement=impulse(1e-5, 0.1),
+        ship=rolling((0.0, 9.0)),
     )
     _, angle, rate = angles(scene)
     assert np.all(angle == 0.0)
@@ -194,18 +180,8 @@ def test_noise_in_the_force_loses_no_turns():
     A beat of θ is half a turn of the phase, except for the last one and for passages that the
     noise doubles: one here.
     """
-    scene = scene_of(
-        trochlea={
-            'cam': {'kind': 'involute', 'base_radius': 0.01},
-            'thread': {'kind': 'vertical'},
-            'power': {'kind': 'weight', 'mass': 0.2},
-        },
-        ship={
-            'kind': 'components',
-            'components': [{'amplitude': 0.2, 'period': 7.0, 'phase': 0.4}],
-        },
-        duration=600.0,
-    )
+    ship = rolling((0.2, 7.0, 0.4))
+    scene = scene_of(trochlea=weight_of(0.2, 0.01), ship=ship, duration=600.0)
     ship = ShipMotion(scene)
     imu = ship.produce(ship.total)
     noise = 0.2 * np.random.default_rng(1).standard_normal(imu.linear_acceleration.shape)
@@ -217,15 +193,11 @@ def test_noise_in_the_force_loses_no_turns():
 
 
 def test_long_steps_pass_over_no_kink_after_a_turning_point():
-    trochlea = {
-        'cam': {'kind': 'circular_arc', 'radius': 1e-3, 'root_depth': LEVER_RATE},
-        'thread': {'kind': 'vertical'},
-        'release_angle': 0.4,
-    }
+    cheek = {'cam': arc(1e-3, LEVER_RATE), 'thread': {'kind': 'vertical'}, 'release_angle': 0.4}
     scene = scene_of(
-        trochlea=trochlea,
+        trochlea=cheek,
         drag={'viscous': 1e-6},
-        escapement={'kind': 'impulse', 'energy': 1e-6, 'angle': 0.35},
+        escapement=impulse(1e-6, 0.35),
         log={'interval': 2.0},
         duration=200.0,
     )
@@ -239,31 +211,17 @@ def test_long_steps_pass_over_no_kink_after_a_turning_point():
 @pytest.mark.parametrize('mass', [1.4190675485932571, 1.0941742837052104])
 def test_two_turning_points_within_a_step_are_not_missed(mass):
     """One turns back at 17.1 s for 0.03 s, one at 15.84 s for 0.9 ms, and is then held."""
-    trochlea = {
-        'cam': {'kind': 'involute', 'base_radius': 0.01},
-        'thread': {'kind': 'vertical'},
-        'power': {'kind': 'weight', 'mass': mass},
-        'release_angle': 9.442460478089428e-06,
-    }
-    roll = [
-        {'amplitude': 0.15337679494556075, 'period': 14.858798127060915},
-        {'amplitude': 0.1231910558421026, 'period': 3.0},
-    ]
     drag = {
         'viscous': 8.788523398430294e-07,
         'quadratic': 5.400905586176452e-05,
         'coulomb': 5.421185028924329e-05,
     }
     scene = scene_of(
-        trochlea=trochlea,
+        trochlea=weight_of(mass, 0.01, release_angle=9.442460478089428e-06),
         drag=drag,
-        ship={'kind': 'components', 'components': roll, 'height': 0.0},
+        ship=rolling((0.15337679494556075, 14.858798127060915), (0.1231910558421026, 3.0)),
         log={'interval': 0.25},
-        escapement={
-            'kind': 'impulse',
-            'energy': 7.735415541375855e-07,
-            'angle': 0.2815720873667271,
-        },
+        escapement=impulse(7.735415541375855e-07, 0.2815720873667271),
         duration=20.0,
     )
     coarse = angles(scene.model_copy(update={'solver': Solver(tolerance=1e-12)}))[1]
@@ -273,7 +231,7 @@ def test_two_turning_points_within_a_step_are_not_missed(mass):
 
 
 def test_a_swing_that_misses_the_angle_gets_no_impulse():
-    scene = scene_of(escapement={'kind': 'impulse', 'energy': 1e-5, 'angle': 1.1}, duration=30.0)
+    scene = scene_of(escapement=impulse(1e-5, 1.1), duration=30.0)
     times, angle, _ = angles(scene)
     np.testing.assert_allclose(angle, np.cos(OMEGA * times), rtol=0, atol=1e-13)
 
@@ -283,7 +241,7 @@ def test_escapement_and_friction_settle_where_work_equals_loss():
     friction, energy = 2e-4, 3e-4
     scene = scene_of(
         drag={'coulomb': friction},
-        escapement={'kind': 'impulse', 'energy': energy, 'angle': 0.0},
+        escapement=impulse(energy),
         duration=600.0,
         log={'interval': 0.01},
     )
@@ -295,9 +253,7 @@ def test_escapement_and_friction_settle_where_work_equals_loss():
 
 def test_a_strong_escapement_runs_to_the_edge_of_the_cam():
     energy = 2.05e-3
-    scene = scene_of(
-        escapement={'kind': 'impulse', 'energy': energy, 'angle': 0.0}, duration=300.0
-    )
+    scene = scene_of(escapement=impulse(energy), duration=300.0)
     edge = 0.08 / LEVER_RATE
     gained = 2 * energy / INERTIA / OMEGA**2
     beat = math.ceil((edge**2 - 1.0) / gained)
@@ -311,18 +267,14 @@ def test_a_strong_escapement_runs_to_the_edge_of_the_cam():
 def test_a_thread_goes_slack_in_a_freely_falling_ship():
     """A massless weight: the pull is m (g + z̈), zero when the ship falls freely."""
     amplitude, period = 12.0, 6.0
-    massless = {
-        'cam': {'kind': 'involute', 'base_radius': LEVER_RATE},
-        'thread': {'kind': 'vertical'},
-        'power': {'kind': 'weight', 'mass': 0.2, 'massless': True},
-        'slack': 'stop',
-    }
+    power = {'kind': 'weight', 'mass': 0.2, 'massless': True}
+    massless = weight_of(0.2, LEVER_RATE, power=power, slack='stop')
     w = 2 * math.pi / period
     # z̈ = −a w² cos(wt + phase): at phase 0 the ship falls fastest at the start
     assert amplitude * w * w > G
     falls = (math.pi - math.acos(G / (amplitude * w * w))) / w
     for phase, time_s in ((0.0, 0.0), (-math.pi, falls)):
-        heave = [{'amplitude': amplitude, 'period': period, 'phase': phase}]
+        heave = waves((amplitude, period, phase))
         ship = {'kind': 'components', 'heave': heave, 'height': 0.0}
         with pytest.raises(PropagationError, match='slack') as caught:
             run(scene_of(trochlea=massless, ship=ship))
@@ -330,11 +282,8 @@ def test_a_thread_goes_slack_in_a_freely_falling_ship():
 
 
 def test_one_lost_sample_is_bridged_and_counted():
-    scene = scene_of(
-        ship={'kind': 'components', 'components': [{'amplitude': 0.1, 'period': 9.0}]}
-    )
-    ship = ShipMotion(scene)
-    stage = TrochleaStage(scene)
+    scene = scene_of(ship=rolling((0.1, 9.0)))
+    ship, stage = ShipMotion(scene), TrochleaStage(scene)
     stage.feed({'ship/imu': ship.produce(100)})
     ship.produce(1)
     said = stage.feed({'ship/imu': ship.produce(ship.total)})

@@ -9,7 +9,7 @@ import sys
 import mpmath
 import numpy as np
 import pytest
-from motion_cases import FORCE, INERTIA, LEVER_RATE, OMEGA, scene_of, spans_to
+from motion_cases import FORCE, INERTIA, LEVER_RATE, OMEGA, rolling, scene_of, spans_to
 
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import compile_machine
@@ -104,15 +104,7 @@ def uneven(imu):
 @pytest.mark.parametrize('release', [1.0, 0.03])
 def test_samples_and_fitted_polynomials_make_the_same_motion(change, release):
     """The two ways share neither the fit nor the rows."""
-    ship = {
-        'kind': 'components',
-        'components': [
-            {'amplitude': 0.1, 'period': 8.0, 'phase': 0.3},
-            {'amplitude': 0.05, 'period': 5.0, 'phase': 1.0},
-        ],
-        'height': 0.0,
-        'rate': 10.0,
-    }
+    ship = rolling((0.1, 8.0, 0.3), (0.05, 5.0, 1.0), rate=10.0)
     scene = scene_of(
         ship=ship, trochlea={'release_angle': release}, duration=160.0, log={'interval': 0.8}
     )

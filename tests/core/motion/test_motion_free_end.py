@@ -7,13 +7,17 @@ import pytest
 from motion_cases import (
     SEA,
     WEIGHT,
+    arc,
     assert_same_bits,
     assert_same_swing,
+    impulse,
     moved,
     moved_in_chunks,
     on_land,
+    rolling,
     sampled,
     scene_of,
+    waves,
 )
 from reference_propagator import Reference
 
@@ -37,26 +41,16 @@ FORCE = {
     'power': {'kind': 'force', 'force': 2.0},
     'inertia': 8e-3,
 }
-IMPULSE = {'kind': 'impulse', 'energy': 2e-4, 'angle': 0.1}
-CHEEK = {
-    **WEIGHT,
-    'cam': {'kind': 'circular_arc', 'radius': 0.01, 'root_depth': 0.02},
-    'release_angle': 0.5,
-}
+IMPULSE = impulse(2e-4, 0.1)
+CHEEK = {**WEIGHT, 'cam': arc(0.01, 0.02), 'release_angle': 0.5}
 CASES = {
     'a weight with drag': {'trochlea': WEIGHT, 'escapement': IMPULSE},
-    'recoil': {
-        'trochlea': WEIGHT,
-        'escapement': {**IMPULSE, 'rest': {'friction': 0.0, 'recoil': 5e-4}},
-    },
+    'recoil': {'trochlea': WEIGHT, 'escapement': impulse(2e-4, 0.1, recoil=5e-4)},
     'a force': {'trochlea': FORCE, 'drag': {'viscous': 2e-5}, 'escapement': IMPULSE},
-    'impulses before the middle': {
-        'trochlea': WEIGHT,
-        'escapement': {**IMPULSE, 'angle': -0.2},
-    },
+    'impulses before the middle': {'trochlea': WEIGHT, 'escapement': impulse(2e-4, -0.2)},
     "the weight's own cam": {
         'trochlea': {**WEIGHT, 'cam': {'kind': 'weight_corrected', 'period': 4.0}},
-        'escapement': {**IMPULSE, 'angle': -0.1},
+        'escapement': impulse(2e-4, -0.1),
     },
     'a spring on an involute': {
         'trochlea': {**WEIGHT, 'power': {'kind': 'spring', 'force': 1.5, 'stiffness': 2.0}},
@@ -64,23 +58,20 @@ CASES = {
     },
     'a cheek, whose kink is where impulses are': {
         'trochlea': CHEEK,
-        'escapement': {**IMPULSE, 'angle': 0.0},
+        'escapement': impulse(2e-4),
     },
     'a cheek, impulses behind its kink': {
         'trochlea': CHEEK,
-        'escapement': {**IMPULSE, 'energy': 5e-5, 'rest': {'friction': 0.0, 'recoil': 5e-4}},
+        'escapement': impulse(5e-5, 0.1, recoil=5e-4),
     },
-    'a cheek, impulses before its kink': {
-        'trochlea': CHEEK,
-        'escapement': {**IMPULSE, 'angle': -0.1},
-    },
+    'a cheek, impulses before its kink': {'trochlea': CHEEK, 'escapement': impulse(2e-4, -0.1)},
     'an unbalanced wheel': {
         'trochlea': {**WEIGHT, 'imbalance': {'moment': 2e-4, 'direction': 0.4}},
         'escapement': IMPULSE,
     },
     'a swing that grows': {
         'trochlea': {**WEIGHT, 'release_angle': 0.5},
-        'escapement': {**IMPULSE, 'energy': 4e-3, 'angle': 0.0},
+        'escapement': impulse(4e-3),
     },
 }
 
@@ -131,12 +122,7 @@ def test_chunks_and_saved_states_have_the_same_bits(name, log, spans):
     assert_same_bits(moved_in_chunks(make, forcing, spans), moved(make(), forcing))
 
 
-ROUGH = {
-    'kind': 'components',
-    'components': [{'amplitude': 0.5, 'period': 5.1, 'phase': 1.0}],
-    'heave': [{'amplitude': 2.0, 'period': 6.2, 'phase': 0.7}],
-    'height': 12.0,
-}
+ROUGH = rolling((0.5, 5.1, 1.0), heave=waves((2.0, 6.2, 0.7)), height=12.0)
 
 
 @pytest.mark.parametrize(
@@ -171,15 +157,10 @@ def test_an_impulse_passed_twice_within_a_long_step_is_given(release, angle, rol
 
     Without a search of the step the angle errs by 0.07 to 0.1 rad after 16 s.
     """
-    case = {
-        'trochlea': {**WEIGHT, 'release_angle': release},
-        'escapement': {'kind': 'impulse', 'energy': 1e-4, 'angle': angle},
-    }
-    components = [
-        {'amplitude': size, 'period': period, 'phase': phase} for size, period, phase in roll
-    ]
+    wheel = {**WEIGHT, 'release_angle': release}
+    case = {'trochlea': wheel, 'escapement': impulse(1e-4, angle)}
     # eight samples, a piece, are 2 s long: more than half a swing
-    ship = {'kind': 'components', 'rate': 4.0, 'height': 2.0, 'components': components}
+    ship = rolling(*roll, rate=4.0, height=2.0)
     machine, forcing = forced(case, ship=ship, duration=16.0)
     exact = moved(Reference(machine), forcing)
     for engine in (Collocation(machine), FreeEndCollocation(machine, None, 6)):
@@ -193,14 +174,9 @@ def test_an_impulse_passed_twice_within_a_long_step_is_given(release, angle, rol
 )
 def test_on_land_hours_keep_the_rate_of_the_driver(trochlea, escapement):
     """One span of hours, in which x has two doubles. Kink and impulse of the cheek coincide."""
-    scene = scene_of(
-        trochlea=trochlea,
-        drag={'viscous': 1e-5},
-        escapement=escapement,
-        duration=21_600.0,
-        log={'interval': 21_600.0},
-    )
-    machine, forcing = compile_machine(scene), on_land(1, 21_600.0)
+    sections = {'drag': {'viscous': 1e-5}, 'escapement': escapement}
+    machine = compile_machine(scene_of(trochlea=trochlea, **sections))
+    forcing = on_land(1, 21_600.0)
     angles = []
     for engine in (FreeEndCollocation(machine, None, 6), Collocation(machine)):
         angles.append(moved(engine, forcing).angle[0])
@@ -210,16 +186,11 @@ def test_on_land_hours_keep_the_rate_of_the_driver(trochlea, escapement):
 
 def test_the_tolerance_or_a_number_of_sweeps_decides():
     machine, _ = forced(CASES['a force'], duration=8.0)
-    chosen = {
-        tolerance: type(make_propagator(machine, still=False, tolerance=tolerance))
+    chosen = [
+        type(make_propagator(machine, still=False, tolerance=tolerance))
         for tolerance in (None, 1e-12, 1e-9, 1e-3)
-    }
-    assert chosen == {
-        None: Collocation,
-        1e-12: Collocation,
-        1e-9: FreeEndCollocation,
-        1e-3: FreeEndCollocation,
-    }
+    ]
+    assert chosen == [Collocation] * 2 + [FreeEndCollocation] * 2
     assert isinstance(make_propagator(machine, still=False, sweeps=2), FreeEndCollocation)
     driver = make_propagator(machine, still=False, tolerance=1e-3, sweeps=0)
     assert type(driver) is Collocation
@@ -234,15 +205,7 @@ def test_the_tolerance_or_a_number_of_sweeps_decides():
         {'drag': {'viscous': 1e-5, 'quadratic': 1e-4}},
         {'drag': {'viscous': 1e-5, 'coulomb': 1e-5}},
         {'trochlea': {**WEIGHT, 'power': {'kind': 'spring', 'force': 1.5, 'stiffness': 500.0}}},
-        {
-            'trochlea': {
-                'cam': {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': 0.01},
-                'thread': {'kind': 'vertical'},
-                'power': {'kind': 'weight', 'mass': 0.15},
-                'release_angle': 2.5,
-                'inertia': 8e-3,
-            }
-        },
+        {'trochlea': {**WEIGHT, 'cam': arc(0.02, 0.01), 'release_angle': 2.5}},
     ],
     ids=['quadratic drag', 'friction', 'stiff spring', 'a wide swing on a cheek'],
 )

@@ -12,10 +12,13 @@ from motion_cases import (
     STIFF,
     assert_same_bits,
     assert_same_swing,
+    impulse,
     moved,
     moved_in_chunks,
+    rolling,
     sampled,
     scene_of,
+    waves,
 )
 from test_motion_heat import warmed
 from thread_references import reference_of, swing
@@ -29,14 +32,8 @@ from tauto_core.scene import load_scene
 from tauto_core.scene.errors import ABSENT
 from tauto_core.ship import ShipMotion
 
-HELD: dict[str, Any] = {
-    'drag': {'viscous': 1e-5},
-    'escapement': {'kind': 'impulse', 'energy': 1e-4, 'angle': 0.1},
-}
-RECOILING = {
-    'drag': {'viscous': 2e-5},
-    'escapement': {'kind': 'impulse', 'energy': 1e-4, 'angle': 0.2, 'rest': {'recoil': 4e-4}},
-}
+HELD: dict[str, Any] = {'drag': {'viscous': 1e-5}, 'escapement': impulse(1e-4, 0.1)}
+RECOILING = {'drag': {'viscous': 2e-5}, 'escapement': impulse(1e-4, 0.2, recoil=4e-4)}
 CASES: dict[str, tuple[Any, Any]] = {
     'lever': (LEVER, HELD),
     'lever, recoil': (LEVER, RECOILING),
@@ -46,18 +43,13 @@ CASES: dict[str, tuple[Any, Any]] = {
 }
 LOST: Any = (
     {**LEVER, 'release_angle': 0.2},
-    {'drag': {'viscous': 1e-4}, 'escapement': {'kind': 'impulse', 'energy': 1e-5, 'angle': 0.05}},
+    {'drag': {'viscous': 1e-4}, 'escapement': impulse(1e-5, 0.05)},
 )
 OWN_CAM: Any = (
     {**LEVER, 'cam': {'kind': 'lever_corrected', 'period': 1.0}, 'material': 'brass'},
     {**HELD, 'drag': {'viscous': 1e-5, 'oil': 'olive'}},
 )
-ROUGH = {
-    'kind': 'components',
-    'components': [{'amplitude': 0.4, 'period': 5.1, 'phase': 1.0}],
-    'heave': [{'amplitude': 2.0, 'period': 6.2, 'phase': 0.7}],
-    'height': 5.0,
-}
+ROUGH = rolling((0.4, 5.1, 1.0), heave=waves((2.0, 6.2, 0.7)), height=5.0)
 
 
 def forced(
@@ -146,13 +138,8 @@ def test_the_tolerance_and_the_machine_decide() -> None:
 def test_near_weightlessness_a_step_feels_the_whole_force():
     """Heave takes all but a thirtieth of gravity: without what acts beside the apparent vertical
     the lever is off by 1e-5 rad in 40 s; two ways of stepping leave 1e-7."""
-    ship = {
-        'kind': 'components',
-        'heave': [{'amplitude': 0.0275, 'period': 0.35, 'phase': 0.3}],
-        'components': [{'amplitude': 0.25, 'period': 3.1, 'phase': 0.4}],
-        'height': 1.0,
-        'rate': 200.0,
-    }
+    heave = waves((0.0275, 0.35, 0.3))
+    ship = rolling((0.25, 3.1, 0.4), heave=heave, height=1.0, rate=200.0)
     scene = scene_of(trochlea=LEVER, ship=ship, duration=40.0, **HELD)
     machine, forcing = compile_machine(scene), sampled(scene)
     found = moved(FreeEndThreads(machine, 1e-7, 6), forcing)
@@ -162,12 +149,8 @@ def test_near_weightlessness_a_step_feels_the_whole_force():
 
 def test_a_hung_lever_steps_freely_over_long_pieces() -> None:
     """The motion of a hung case has a polynomial of many powers over a second or more."""
-    keys = {
-        'solver.accuracy': 1e-3,
-        'air': ABSENT,
-        'trochlea.material': ABSENT,
-        'drag.oil': ABSENT,
-    }
+    keys = dict.fromkeys(('air', 'trochlea.material', 'drag.oil'), ABSENT)
+    keys['solver.accuracy'] = 1e-3
     scene = load_scene('clock_own_cam_lever', duration=300.0, **keys)
     stage = TrochleaStage(scene)
     stage.feed({SHIP_IMU: ShipMotion(scene).sense(10**6)})

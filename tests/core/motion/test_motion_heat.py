@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from motion_cases import on_land, scene_of
+from motion_cases import arc, impulse, involute, moved, on_land, scene_of, weight_of
 from reference_propagator import HotReference
 from test_motion_systems import at_sea
 
@@ -24,66 +24,45 @@ from tauto_core.motion import Forcing, make_propagator
 from tauto_core.motion.forcing import Temperatures
 from tauto_core.motion.free_end import FreeEndCollocation
 
-INVOLUTE: dict[str, Any] = {
-    'cam': {'kind': 'involute', 'base_radius': 0.005},
-    'thread': {'kind': 'vertical'},
-}
-WEIGHT = {**INVOLUTE, 'power': {'kind': 'weight', 'mass': 0.322}}
+CAM = involute(0.005)
+WEIGHT = weight_of(0.322, 0.005)
 OILED = {'drag': {'viscous': 1.25e-5, 'oil': {'thins_per_kelvin': 0.035}}}
-KEPT_GOING = {**OILED, 'escapement': {'kind': 'impulse', 'energy': 1.23052e-4}}
+KEPT_GOING = {**OILED, 'escapement': impulse(1.23052e-4)}
+PULL = {'kind': 'force', 'force': 3.158, 'material': 'steel'}
+BRASS = {'material': 'brass'}
 MACHINES: dict[str, Any] = {
-    'steel spring, brass wheel': (
-        {
-            **INVOLUTE,
-            'power': {'kind': 'force', 'force': 3.158, 'material': 'steel'},
-            'material': 'brass',
-        },
-        {},
-    ),
+    'steel spring, brass wheel': ({**WEIGHT, **BRASS, 'power': PULL}, {}),
     'all of steel': (
-        {
-            **INVOLUTE,
-            'power': {'kind': 'spring', 'force': 3.158, 'stiffness': 50.0, 'material': 'steel'},
-            'material': 'steel',
-        },
+        {**WEIGHT, 'power': {**PULL, 'kind': 'spring', 'stiffness': 50.0}, 'material': 'steel'},
         {},
     ),
-    'brass, a weight': ({**WEIGHT, 'material': 'brass'}, {}),
-    'cam of steel': (
-        {**WEIGHT, 'cam': {**INVOLUTE['cam'], 'material': 'steel'}, 'material': 'brass'},
-        {},
-    ),
+    'cam of steel': ({**WEIGHT, **BRASS, 'cam': {**CAM, 'material': 'steel'}}, {}),
     'unbalanced, of zinc': (
         {
-            **INVOLUTE,
+            **WEIGHT,
             'power': {'kind': 'force', 'force': 3.158},
             'material': 'zinc',
             'imbalance': {'moment': 2e-4, 'direction': 0.4},
         },
         {},
     ),
-    'oil': ({**WEIGHT, 'material': 'brass'}, KEPT_GOING),
+    'oil': ({**WEIGHT, **BRASS}, KEPT_GOING),
     'oil of a table that ages': (
-        {**WEIGHT, 'material': 'brass'},
+        {**WEIGHT, **BRASS},
         {'drag': {'viscous': 1.25e-5, 'oil': 'sperm', 'thickens_per_month': 9.0}},
     ),
     'recoil and air': (
         {**WEIGHT, 'material': 'zinc'},
         {
             'drag': {'viscous': 1e-5, 'quadratic': 1e-5, 'oil': {'thins_per_kelvin': 0.05}},
-            'escapement': {
-                'kind': 'impulse',
-                'energy': 1e-4,
-                'angle': 0.1,
-                'rest': {'recoil': 1e-4},
-            },
+            'escapement': impulse(1e-4, 0.1, recoil=1e-4),
         },
     ),
     'compensated': (
         {
-            **INVOLUTE,
-            'power': {'kind': 'force', 'force': 3.158, 'material': 'steel'},
-            'material': 'brass',
+            **WEIGHT,
+            **BRASS,
+            'power': PULL,
             'compensation': {'takes': -10.7, 'leaves': -0.01, 'middle': 15.0},
         },
         {},
@@ -114,24 +93,19 @@ def warmed(forcing: Forcing, interval_s: float, celsius: np.ndarray) -> Forcing:
     return replace(forcing, temperatures=temperatures)
 
 
-def phase_s(moved: Machine, motion: Any) -> np.ndarray:
+def reading_s(engine: Any, wheel: Machine, forcing: Forcing) -> np.ndarray:
     """Return the reading of a dial [s]."""
-    return 0.5 * moved.small_period * (motion.half_turns + motion.fraction)
+    motion = moved(engine, forcing)
+    return 0.5 * wheel.small_period * (motion.half_turns + motion.fraction)
 
 
-def compared(moved: Machine, forcing: Forcing) -> tuple[float, float]:
+def compared(wheel: Machine, forcing: Forcing) -> tuple[float, float]:
     """Largest error of the reading, and the effect of heat on it at the end [s]."""
-    readings = []
-    cold = replace(moved, heat=NO_HEAT)
-    for engine in (make_propagator(moved, still=forcing.neutral is None), HotReference(moved)):
-        engine.release(forcing)
-        readings.append(phase_s(moved, engine.advance(forcing)))
-    engine = make_propagator(cold, still=forcing.neutral is None)
-    if engine.name == 'forced_harmonic':
-        return float(np.max(np.abs(readings[0] - readings[1]))), math.nan
-    engine.release(forcing)
-    effect = readings[1] - phase_s(moved, engine.advance(forcing))
-    return float(np.max(np.abs(readings[0] - readings[1]))), float(np.abs(effect[-1]))
+    still = forcing.neutral is None
+    cold = make_propagator(replace(wheel, heat=NO_HEAT), still=still)
+    engines = make_propagator(wheel, still=still), HotReference(wheel), cold
+    found, exact, unheated = (reading_s(engine, wheel, forcing) for engine in engines)
+    return float(np.max(np.abs(found - exact))), abs(float(exact[-1] - unheated[-1]))
 
 
 @pytest.mark.parametrize(
@@ -144,32 +118,32 @@ def test_a_clock_that_warms_on_land_reads_as_integrated(name: str, swings: float
     To rounding without oil. A cubic per log interval replaces the oil's exponential: it errs by at
     most 2e-4 of the effect of 18 K in one interval, and falls with the fourth power.
     """
-    moved = machine(name)
-    interval_s = round(swings * moved.small_period, 9)
+    wheel = machine(name)
+    interval_s = round(swings * wheel.small_period, 9)
     spans, changes = on_land(4, interval_s), np.array([0.0, 13.0, 6.0, -12.0, -12.0])
-    error_s, effect_s = compared(moved, warmed(spans, interval_s, 20.0 + changes))
+    error_s, effect_s = compared(wheel, warmed(spans, interval_s, 20.0 + changes))
     assert effect_s > 5e-5
-    if moved.drag is None:
+    if wheel.drag is None:
         assert error_s < 1e-10
         return
     assert error_s < 3e-4 * effect_s
-    smaller_s, effect_s = compared(moved, warmed(spans, interval_s, 20.0 + changes / 4.0))
+    smaller_s, effect_s = compared(wheel, warmed(spans, interval_s, 20.0 + changes / 4.0))
     assert smaller_s < 0.01 * error_s
 
 
 @pytest.mark.parametrize('name', ['cam of steel', 'oil'])
 def test_a_clock_that_warms_at_sea_reads_as_integrated(name: str) -> None:
-    moved = machine(name)
-    forcing = warmed(at_sea(moved, 20.0, 5.0), 5.0, np.array([20.0, 35.0, 30.0, 10.0, 12.0]))
-    error_s, effect_s = compared(moved, forcing)
-    assert error_s < 1e-11 + 1e-4 * effect_s * (moved.drag is not None)
+    wheel = machine(name)
+    forcing = warmed(at_sea(wheel, 20.0, 5.0), 5.0, np.array([20.0, 35.0, 30.0, 10.0, 12.0]))
+    error_s, effect_s = compared(wheel, forcing)
+    assert error_s < 1e-11 + 1e-4 * effect_s * (wheel.drag is not None)
 
 
 @pytest.mark.parametrize(
     ('cam', 'log_s', 'celsius'),
     [
-        (INVOLUTE['cam'], 12.0, [20.0, 35.0, 30.0, 10.0, 12.0]),
-        ({'kind': 'circular_arc', 'radius': 0.001, 'root_depth': 0.005}, 10.0, [20.0, 23.0, 22.0]),
+        (CAM, 12.0, [20.0, 35.0, 30.0, 10.0, 12.0]),
+        (arc(0.001, 0.005), 10.0, [20.0, 23.0, 22.0]),
     ],
     ids=['involute', 'circular_arc'],
 )
@@ -177,18 +151,14 @@ def test_event_to_event_steps_with_heat_read_as_integrated(
     cam: dict[str, Any], log_s: float, celsius: list[float]
 ) -> None:
     """Log intervals end within half swings, and the oil's cubic errs as above."""
-    moved = machine('oil', cam=cam)
+    wheel = machine('oil', cam=cam)
     run_s = log_s * (len(celsius) - 1)
-    forcing = warmed(at_sea(moved, run_s, log_s), log_s, np.array(celsius))
-    reference = HotReference(moved)
-    reference.release(forcing)
-    exact = phase_s(moved, reference.advance(forcing))
+    forcing = warmed(at_sea(wheel, run_s, log_s), log_s, np.array(celsius))
+    exact = reading_s(HotReference(wheel), wheel, forcing)
     read = []
-    for cold in (False, True):
-        without = replace(moved, heat=NO_HEAT) if cold else moved
-        engine = FreeEndCollocation(without, None, 6)
-        engine.release(forcing)
-        read.append(phase_s(moved, engine.advance(forcing)))
+    for each in (wheel, replace(wheel, heat=NO_HEAT)):
+        engine = FreeEndCollocation(each, None, 6)
+        read.append(reading_s(engine, wheel, forcing))
         assert engine.missed <= 2
     error_s, effect_s = np.max(np.abs(read[0] - exact)), abs(read[1][-1] - exact[-1])
     assert effect_s > 1e-6
@@ -197,19 +167,14 @@ def test_event_to_event_steps_with_heat_read_as_integrated(
 
 def test_chunks_of_free_end_steps_have_the_same_bits_with_heat() -> None:
     """Also if a chunk ends, and a state is saved, within a log interval."""
-    moved = machine('oil')
-    forcing = warmed(at_sea(moved, 20.0, 10.0), 10.0, np.array([20.0, 35.0, 30.0]))
+    wheel = machine('oil')
+    forcing = warmed(at_sea(wheel, 20.0, 10.0), 10.0, np.array([20.0, 35.0, 30.0]))
     assert np.count_nonzero(forcing.logged) == 2
-    whole = FreeEndCollocation(moved, None, 3)
-    whole.release(forcing)
-    wanted = whole.advance(forcing)
+    wanted = moved(FreeEndCollocation(wheel, None, 3), forcing)
     count = len(forcing.begin)
     for cut in (1, count // 2 - 1, count // 2, count - 3):
-        engine = FreeEndCollocation(moved, None, 3)
-        first = first_spans(forcing, cut)
-        engine.release(first)
-        angles = list(engine.advance(first).angle)
-        resumed = FreeEndCollocation(moved, None, 3)
+        engine, resumed = (FreeEndCollocation(wheel, None, 3) for _ in range(2))
+        angles = list(moved(engine, first_spans(forcing, cut)).angle)
         resumed.restore(engine.state())
         angles += list(resumed.advance(forcing.part(cut)).angle)
         np.testing.assert_array_equal(angles, wanted.angle)
@@ -237,27 +202,22 @@ def test_an_anharmonic_swing_keeps_its_action_as_its_force_grows() -> None:
     still = Machine(
         4e-4, 0.0, 0.0, 3.158, 0.0, 9.80665, Fitted('cubic', law, math.inf), False, None, None, 1.0
     )
-    moved = replace(still, heat=heat)
-    step_s = round(moved.period(1.0) / 200.0, 9)
+    wheel = replace(still, heat=heat)
+    step_s = round(wheel.period(1.0) / 200.0, 9)
     interval_s = round(6400.0 * step_s, 9)
     celsius = 20.0 + (((1.0 + 1e-4 * np.arange(11)) ** 2) - 1.0) / heat.force
-    engine = make_propagator(moved, still=True)
     forcing = warmed(on_land(64_000, step_s), interval_s, celsius)
-    engine.release(forcing)
-    motion = engine.advance(forcing)
+    motion = moved(make_propagator(wheel, still=True), forcing)
     # the time of 320 turns: at turning points the phase does not depend on the amplitude
     turned = float(np.interp(640.0, motion.half_turns + motion.fraction, forcing.end_ns * 1e-9))
-    assert 320.0 * moved.period(1.0) / turned - 1.0 == pytest.approx(4.831e-4, abs=3e-7)
+    assert 320.0 * wheel.period(1.0) / turned - 1.0 == pytest.approx(4.831e-4, abs=3e-7)
 
 
 def test_spans_within_an_interval_change_nothing() -> None:
     """Halves of each interval, as for a sampled ship, and the whole of it."""
-    moved = machine('cam of steel')
-    celsius = np.array([20.0, 30.0, 15.0])
+    wheel, celsius = machine('cam of steel'), np.array([20.0, 30.0, 15.0])
     ends = []
     for parts in (1, 2):
         forcing = warmed(on_land(2 * parts, 12.0 / parts), 12.0, celsius)
-        engine = make_propagator(moved, still=True)
-        engine.release(forcing)
-        ends.append(engine.advance(forcing).angle[-1])
+        ends.append(moved(make_propagator(wheel, still=True), forcing).angle[-1])
     assert ends[0] == pytest.approx(ends[1], abs=1e-11)

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from motion_cases import LEVER, LEVER_WHEEL, LONG_THREAD, on_land, scene_of
+from motion_cases import LEVER, LEVER_WHEEL, LONG_THREAD, impulse, moved, on_land, scene_of
 from test_motion_heat import warmed
 from test_motion_systems import at_sea
 from thread_references import HangingReference, Inputs, LeverReference, swing
@@ -26,7 +26,7 @@ from tauto_core.motion import make_propagator, propagator_name
 DAMPED = {**LEVER_WHEEL, 'thread': {'kind': 'hanging', 'length': 0.3, 'damping_ratio': 0.3}}
 DRIVEN = {
     'drag': {'viscous': 1e-5, 'quadratic': 1e-5, 'oil': {'thins_per_kelvin': 0.035}},
-    'escapement': {'kind': 'impulse', 'energy': 1e-4, 'angle': 0.1, 'rest': {'recoil': 1e-4}},
+    'escapement': impulse(1e-4, 0.1, recoil=1e-4),
 }
 AGEING = {'drag': {'viscous': 1e-5, 'oil': 'sperm', 'thickens_per_month': 9.0}}
 BRASS = {'material': 'brass'}
@@ -125,16 +125,14 @@ class HotHanging(Grown, HangingReference):  # type: ignore[misc]
     """With r(t) and I(t)."""
 
 
-def compared(moved: Any, forcing: Any) -> tuple[float, float]:
+def compared(wheel: Any, forcing: Any) -> tuple[float, float]:
     """Largest error of angle and rate, and the largest effect of heat on the angle."""
-    still = forcing.neutral is None
-    exact = swing((HotLever if isinstance(moved, LeverMachine) else HotHanging)(moved), forcing)
-    engine = make_propagator(moved, still=still)
-    engine.release(forcing)
-    found = engine.advance(forcing)
-    cold = make_propagator(replace(moved, heat=NO_HEAT), still=still)
-    cold.release(forcing)
-    effect = np.max(np.abs(cold.advance(forcing).angle - exact[:, 0]))
+    exact = swing((HotLever if isinstance(wheel, LeverMachine) else HotHanging)(wheel), forcing)
+    found, cold = (
+        moved(make_propagator(each, still=forcing.neutral is None), forcing)
+        for each in (wheel, replace(wheel, heat=NO_HEAT))
+    )
+    effect = np.max(np.abs(cold.angle - exact[:, 0]))
     error = np.abs(np.stack([found.angle, found.rate], axis=1) - exact)
     return float(np.max(error)), float(effect)
 
@@ -153,33 +151,29 @@ def test_a_thread_that_warms_and_cools_moves_as_integrated(
     name: str, forced: Callable[..., Any]
 ) -> None:
     """To rounding, and with oil to the cubic that replaces its exponential (heat.md)."""
-    moved, interval_s = machine(name), 2.0
-    forcing = on_land(5, interval_s) if forced is on_land else at_sea(moved, 10.0, interval_s)
-    changes = CHANGES if moved.drag is None else 0.5 * CHANGES
-    error, effect = compared(moved, warmed(forcing, interval_s, 20.0 + changes))
+    wheel, interval_s = machine(name), 2.0
+    forcing = on_land(5, interval_s) if forced is on_land else at_sea(wheel, 10.0, interval_s)
+    changes = CHANGES if wheel.drag is None else 0.5 * CHANGES
+    error, effect = compared(wheel, warmed(forcing, interval_s, 20.0 + changes))
     assert effect > 1e-4
-    assert error < 2e-10 + (1e-8 if moved.drag is None else 1e-3) * effect
+    assert error < 2e-10 + (1e-8 if wheel.drag is None else 1e-3) * effect
 
 
 @pytest.mark.parametrize('name', ['lever, compensated', 'lever of zinc', 'thread, zinc'])
 def test_at_constant_temperature_it_moves_as_a_machine_made_so(name: str) -> None:
     """The lever's period is the same with lengths grown by hand."""
-    moved, spans = machine(name), on_land(40, 0.31)
-    assert propagator_name(moved, still=True) == 'collocation'
-    hot = moved.at_celsius(35.0)
+    wheel, spans = machine(name), warmed(on_land(40, 0.31), 0.31, np.full(41, 35.0))
+    assert propagator_name(wheel, still=True) == 'collocation'
+    hot = wheel.at_celsius(35.0)
     assert not hot.heat.acts
-    found = []
-    for each in (moved, hot):
-        engine = make_propagator(each, still=True)
-        engine.release(warmed(spans, 0.31, np.full(41, 35.0)))
-        found.append(engine.advance(warmed(spans, 0.31, np.full(41, 35.0))))
+    found = [moved(make_propagator(each, still=True), spans) for each in (wheel, hot)]
     np.testing.assert_allclose(found[0].angle, found[1].angle, rtol=0, atol=1e-10)
     np.testing.assert_allclose(found[0].torque, found[1].torque, rtol=0, atol=1e-12)
     if name == 'lever of zinc':
         grown, shape = 1.0 + 30.2e-6 * 15.0, LeverGeometry(0.02, 0.1, 0.3)
         by_hand = replace(
-            moved,
-            inertia=moved.inertia * grown**2,
+            wheel,
+            inertia=wheel.inertia * grown**2,
             weight_arm=0.15 * grown,
             geometry=LeverGeometry(*(grown * each for each in vars(shape).values())),
         )

@@ -5,7 +5,17 @@ import math
 import mpmath
 import numpy as np
 import pytest
-from motion_cases import INERTIA, angles, moved, on_land, phases, scene_of
+from motion_cases import (
+    INERTIA,
+    angles,
+    moved,
+    on_land,
+    phases,
+    rolling,
+    scene_of,
+    waves,
+    weight_of,
+)
 from reference_propagator import Reference, exact_phase
 
 from tauto_core.machines import compile_machine, isochronism
@@ -13,22 +23,10 @@ from tauto_core.motion import propagator_name
 from tauto_core.scene.errors import SceneError
 
 G, FORCE, RATE = 9.80665, 2.0, 0.01
-ROLL, HEAVE, HEIGHT = (0.2, 7.3, 0.4), (0.8, 9.1, 1.1), 2.5
-SEA = {
-    'kind': 'components',
-    'components': [dict(zip(('amplitude', 'period', 'phase'), ROLL, strict=True))],
-    'heave': [dict(zip(('amplitude', 'period', 'phase'), HEAVE, strict=True))],
-    'height': HEIGHT,
-}
-WEIGHT = {
-    'cam': {'kind': 'involute', 'base_radius': RATE},
-    'thread': {'kind': 'vertical'},
-    'power': {'kind': 'weight', 'mass': 0.2},
-}
+SEA = rolling((0.2, 7.3, 0.4), heave=waves((0.8, 9.1, 1.1)), height=2.5, rate=50.0)
+WEIGHT = weight_of(0.2, RATE)
 HOLE_WEIGHT = {'power': {'kind': 'weight', 'mass': 0.2, 'massless': True}}
 UNBALANCED = {'imbalance': {'moment': 1.2e-4, 'direction': 0.7}}
-
-
 MACHINES = {
     'force through a hole': UNBALANCED,
     'massless weight through a hole': HOLE_WEIGHT | UNBALANCED,
@@ -42,7 +40,7 @@ MACHINES = {
 )
 def test_the_wheel_moves_as_by_dop853(name, sea):
     """Samples of 50 Hz are interpolated to 1e-12, and a step may err by 2e-12 of the swing."""
-    ship = {'ship': SEA | {'rate': 50.0}} if sea else {}
+    ship = {'ship': SEA} if sea else {}
     scene = scene_of(trochlea=MACHINES[name], duration=30.0, log={'interval': 0.5}, **ship)
     machine = compile_machine(scene)
     assert propagator_name(machine, still=not sea) == 'collocation'
@@ -69,9 +67,8 @@ def test_small_swings_gain_half_the_relative_moment():
     # a weight on the vertical thread feels it in the same proportion everywhere
     rates = []
     for g in (9.78, 9.83):
-        machine = compile_machine(
-            scene_of(trochlea=WEIGHT | {'imbalance': {'moment': 1e-5}}, gravity=g)
-        )
+        trochlea = WEIGHT | {'imbalance': {'moment': 1e-5}}
+        machine = compile_machine(scene_of(trochlea=trochlea, gravity=g))
         rates.append(machine.frequency / math.sqrt(g))
     assert rates[0] == pytest.approx(rates[1], rel=1e-9)
 

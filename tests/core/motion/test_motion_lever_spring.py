@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from motion_cases import on_land, scene_of
+from motion_cases import involute, moved, on_land, rolling, scene_of, waves
 from scipy.integrate import solve_ivp
 from test_motion_heat import warmed
 from thread_references import LeverReference
@@ -41,19 +41,17 @@ CUBIC = {
     ],
 }
 WEIGHT = {'kind': 'weight', 'mass': 0.05}
+BOTH = {'kind': 'weight_and_spring', 'mass': 0.05, 'stiffness': 3.0}
+OWN_CAM = {'cam': {'kind': 'lever_corrected', 'period': 1.0}}
+TAIL = {'tail': {'mass': 0.01, 'distance': 0.05}}
 ROLL, PERIOD, PHASE = 0.15, 8.2, 1.0
-SEA = {
-    'kind': 'components',
-    'components': [{'amplitude': ROLL, 'period': PERIOD, 'phase': PHASE}],
-    'height': 0.0,
-}
-HEAVING = SEA | {'heave': [{'amplitude': 0.6, 'period': 10.2, 'phase': 0.7}], 'height': 2.5}
+SEA = rolling((ROLL, PERIOD, PHASE))
+HEAVING = SEA | {'heave': waves((0.6, 10.2, 0.7)), 'height': 2.5}
 """The same roll. The rest does not act on massless pulls."""
 EXACT = {'solver': {'tolerance': 1e-13}}
 GRAVITY = 9.80665
 
-Torque = Callable[[float, float, float], float]
-TORQUES: dict[str, Torque] = {
+TORQUES: dict[str, Callable[[float, float, float], float]] = {
     # of β, H and α; as dV/dβ over AD
     'force': lambda beta, drawn, alpha: 0.5 * math.cos(beta),
     'spring': lambda beta, drawn, alpha: (0.5 + 6.0 * drawn) * math.cos(beta),
@@ -70,13 +68,8 @@ def inclined(machine: LeverMachine, thread: dict[str, Any]) -> LeverReference:
 
 
 def scene(thread: dict[str, Any], power: dict[str, Any], **more: Any) -> Any:
-    trochlea = {
-        'cam': {'kind': 'involute', 'base_radius': 0.02},
-        'power': power,
-        'thread': thread,
-        'release_angle': 1.2,
-    }
-    return scene_of(trochlea=trochlea, **more)
+    wheel = {'cam': involute(0.02), 'release_angle': 1.2}
+    return scene_of(trochlea={**wheel, 'power': power, 'thread': thread}, **more)
 
 
 def reference(
@@ -135,15 +128,8 @@ def test_its_period_agrees_with_dop853(thread: dict[str, Any], power: dict[str, 
 def test_it_sails_as_dop853_does(thread: dict[str, Any], power: dict[str, Any]) -> None:
     """Over three swings with drag, in a case that rolls."""
     ship = SEA if power is WEIGHT else HEAVING
-    sailed = scene(
-        thread,
-        power,
-        duration=3.6,
-        log={'interval': 0.3},
-        drag={'viscous': 1e-5},
-        **EXACT,
-        ship=ship,
-    )
+    sections = EXACT | {'log': {'interval': 0.3}, 'drag': {'viscous': 1e-5}, 'ship': ship}
+    sailed = scene(thread, power, duration=3.6, **sections)
     machine = compile_machine(sailed)
     assert isinstance(machine, LeverMachine)
     motion = reference(machine, thread, power['kind'], rolls=True, drag=1e-5)
@@ -226,11 +212,10 @@ def test_heat_weakens_its_spring() -> None:
         1.0 / math.sqrt(1.0 + softer), rel=1e-9
     )
     warm = warmed(on_land(200, 0.02, 10), 0.2, np.full(21, 40.0))
-    found = []
-    for machine, forcing in ((steel, warm), (hot, on_land(200, 0.02, 10))):
-        engine = RealThreads(replace(machine, heat=replace(machine.heat, varies=True)))
-        engine.release(forcing)
-        found.append(engine.advance(forcing).angle)
+    found = [
+        moved(RealThreads(replace(each, heat=replace(each.heat, varies=True))), forcing).angle
+        for each, forcing in ((steel, warm), (hot, on_land(200, 0.02, 10)))
+    ]
     np.testing.assert_allclose(found[0], found[1], rtol=0, atol=1e-11)
 
 
@@ -259,43 +244,19 @@ def test_it_is_drawn_with_an_arrow_at_the_end_of_the_lever() -> None:
     [
         (ARC, SPRING, {'slack': 'fall'}, 'trochlea.slack', 'slack motion has no spring'),
         (ARC, SPRING, {'material': 'brass'}, 'trochlea.material', 'does not grow'),
-        (
-            ARC,
-            SPRING,
-            {'cam': {'kind': 'lever_corrected', 'period': 1.0}},
-            'trochlea.cam.kind',
-            'a weight or a constant force',
-        ),
-        (
-            ARC | UP,
-            WEIGHT,
-            {'cam': {'kind': 'lever_corrected', 'period': 1.0}},
-            'trochlea.thread.inclination',
-            'level at rest',
-        ),
+        (ARC, SPRING, OWN_CAM, 'trochlea.cam.kind', 'a weight or a constant force'),
+        (ARC | UP, WEIGHT, OWN_CAM, 'trochlea.thread.inclination', 'level at rest'),
         (ARC | {'inclination': 1.3}, WEIGHT, {}, 'trochlea.thread.inclination', 'at most 1.2'),
         (ARC | {'inertia': 0.0}, CONSTANT, {}, 'trochlea.thread.inertia', 'then only the lever'),
-        (
-            ARC | {'tail': {'mass': 0.01, 'distance': 0.05}},
-            CONSTANT,
-            {},
-            'trochlea.thread.tail.mass',
-            'gravity does not act',
-        ),
+        (ARC | TAIL, CONSTANT, {}, 'trochlea.thread.tail.mass', 'gravity does not act'),
         (HANGING, CONSTANT, {}, 'trochlea.power.kind', 'carries a weight'),
-        (
-            ARC,
-            {'kind': 'weight_and_spring', 'mass': 0.05, 'stiffness': 3.0},
-            {},
-            'trochlea.power.kind',
-            'weight and spring together',
-        ),
+        (ARC, BOTH, {}, 'trochlea.power.kind', 'weight and spring together'),
     ],
 )
 def test_incompatible_sections_are_refused(
     thread: dict[str, Any], power: dict[str, Any], more: dict[str, Any], key: str, words: str
 ) -> None:
-    cam = {'kind': 'involute', 'base_radius': 0.02}
+    trochlea = {'cam': involute(0.02), 'power': power, 'thread': thread, **more}
     with pytest.raises(SceneError, match=words) as caught:
-        compile_machine(scene_of(trochlea={'cam': cam, 'power': power, 'thread': thread, **more}))
+        compile_machine(scene_of(trochlea=trochlea))
     assert caught.value.key == key

@@ -8,7 +8,19 @@ from typing import Any
 
 import numpy as np
 import pytest
-from motion_cases import TOO_SMALL_TO_MATTER, moved, phases, sampled, scene_of
+from motion_cases import (
+    TOO_SMALL_TO_MATTER,
+    WEIGHT,
+    arc,
+    impulse,
+    moved,
+    phases,
+    rolling,
+    sampled,
+    scene_of,
+    waves,
+    weight_of,
+)
 from reference_propagator import Reference
 
 from tauto_core.api import sail
@@ -18,36 +30,23 @@ from tauto_core.motion import make_propagator
 from tauto_core.samples import JOINT_STATES, PHASE, READING, ImuSamples
 from tauto_core.ship import ShipMotion
 
-ROLL = [
-    {'amplitude': 0.1, 'period': 9.0, 'phase': 0.3},
-    {'amplitude': 0.05, 'period': 5.3, 'phase': 1.1},
-]
-HEAVE = [{'amplitude': 0.4, 'period': 7.7, 'phase': 0.4}]
-SHIP = {'kind': 'components', 'components': ROLL, 'heave': HEAVE, 'height': 3.0}
-ROLLING = {'kind': 'components', 'components': ROLL}
+ROLLING = rolling((0.1, 9.0, 0.3), (0.05, 5.3, 1.1))
+SHIP = {**ROLLING, 'heave': waves((0.4, 7.7, 0.4)), 'height': 3.0}
 SEA = {
     'kind': 'sea',
     'sea': {'spectrum': 'jonswap', 'significant_wave_height': 3.0, 'peak_period': 9.0},
     'roll': {'natural_period': 11.0, 'damping_ratio': 0.1, 'slope_coefficient': 0.8},
     'heave': True,
 }
-WEIGHT = {
-    'inertia': 8e-3,
-    'cam': {'kind': 'involute', 'base_radius': 0.012},
-    'thread': {'kind': 'vertical'},
-    'power': {'kind': 'weight', 'mass': 0.15},
-}
-ARC = {**WEIGHT, 'cam': {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': 0.01}}
 HANGING = {**WEIGHT, 'thread': {'kind': 'hanging', 'length': 0.8}}
-ESCAPEMENT = {'kind': 'impulse', 'energy': 1e-6, 'angle': 0.0}
 SYMMETRIC: dict[str, dict[str, Any]] = {
     'forced harmonic': {},
     'general engine': {'drag': TOO_SMALL_TO_MATTER},
     'weight': {'trochlea': WEIGHT},
     'cheek before Euler, clock': {
-        'trochlea': ARC,
+        'trochlea': {**WEIGHT, 'cam': arc(0.02, 0.01)},
         'drag': {'viscous': 1e-5},
-        'escapement': ESCAPEMENT,
+        'escapement': impulse(1e-6),
     },
     'swinging thread': {'trochlea': HANGING},
 }
@@ -121,8 +120,7 @@ def test_turns_and_beats_are_those_of_an_independent_integration(name, amplitude
 def test_a_wheel_started_by_the_roll_begins_at_phase_zero(drag):
     runs = []
     for phase in (0.3, 0.3 + math.pi):
-        roll = [{'amplitude': 0.1, 'period': 9.0, 'phase': phase}]
-        ship = {'kind': 'components', 'components': roll}
+        ship = rolling((0.1, 9.0, phase))
         runs.append(phases(scene_of(trochlea={'release_angle': 0.0}, ship=ship, **drag)))
     one, mirrored = runs
     np.testing.assert_allclose(one[:, 0], mirrored[:, 0], rtol=0, atol=1e-9)
@@ -131,15 +129,13 @@ def test_a_wheel_started_by_the_roll_begins_at_phase_zero(drag):
 
 @pytest.mark.parametrize('phase', [0.3, 0.3 + math.pi])
 def test_a_wheel_on_a_swinging_thread_leaves_zero_without_a_beat(phase):
-    trochlea = {
-        'cam': {'kind': 'involute', 'base_radius': 0.01},
-        'thread': {'kind': 'hanging', 'length': 1.0},
-        'power': {'kind': 'weight', 'mass': 0.2},
-        'release_angle': 0.0,
-    }
-    roll = [{'amplitude': 0.1, 'period': 9.0, 'phase': phase}]
-    ship = {'kind': 'components', 'components': roll}
-    assert phases(scene_of(trochlea=trochlea, ship=ship, duration=1.0))[1, 3] == 0.0
+    thread = {'kind': 'hanging', 'length': 1.0}
+    scene = scene_of(
+        trochlea=weight_of(0.2, 0.01, thread=thread, release_angle=0.0),
+        ship=rolling((0.1, 9.0, phase)),
+        duration=1.0,
+    )
+    assert phases(scene)[1, 3] == 0.0
 
 
 @pytest.mark.parametrize('phase', [0.3, 0.3 + math.pi])
@@ -154,7 +150,7 @@ def test_a_wheel_in_a_hung_case_leaves_zero_without_a_beat(phase):
     }
     scene = scene_of(
         trochlea={**WEIGHT, 'release_angle': 0.0},
-        ship={**SHIP, 'components': [{'amplitude': 0.1, 'period': 9.0, 'phase': phase}]},
+        ship={**SHIP, 'components': waves((0.1, 9.0, phase))},
         suspension=suspension,
         log={'interval': 0.05},
         duration=4.0,

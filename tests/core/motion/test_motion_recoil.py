@@ -8,21 +8,27 @@ from typing import Any
 
 import numpy as np
 import pytest
-from motion_cases import FORCE, LEVER_RATE, OMEGA, angles, run, scene_of
+from motion_cases import (
+    FORCE,
+    LEVER_RATE,
+    OMEGA,
+    angles,
+    foretold,
+    impulse,
+    rolling,
+    run,
+    scene_of,
+)
 from reference_propagator import by_reference
 
 from tauto_core.clockwork import TrochleaStage
-from tauto_core.machines import Machine, SteadySwing, compile_machine, steady_swing
+from tauto_core.machines import compile_machine, steady_swing
 from tauto_core.samples import JOINT_STATES, PHASE
 from tauto_core.scene import Scene
 from tauto_core.scene.errors import SceneError
 from tauto_core.ship import ShipMotion
 
 STIFFNESS = FORCE * LEVER_RATE
-
-
-def escapement(energy: float, angle: float, **rest: float) -> dict[str, Any]:
-    return {'kind': 'impulse', 'energy': energy, 'angle': angle, 'rest': rest}
 
 
 def arcs(times: np.ndarray, energy: float, angle: float, recoil: float, friction: float) -> Any:
@@ -60,21 +66,13 @@ def arcs(times: np.ndarray, energy: float, angle: float, recoil: float, friction
 def test_a_harmonic_well_swings_in_arcs_about_shifted_middles(energy, angle, recoil):
     friction = 2e-4
     scene = scene_of(
-        escapement=escapement(energy, angle, recoil=recoil, friction=friction), duration=30.0
+        escapement=impulse(energy, angle, recoil=recoil, friction=friction), duration=30.0
     )
     times, found, _ = angles(scene)
     exact = arcs(times, energy, angle, recoil, friction)
     # 33 swings with four events in each, every one found to 1e-15 of a swing or so
     np.testing.assert_allclose(found, exact, rtol=0, atol=1e-12)
     assert abs(np.max(np.abs(found[-40:])) - 1.0) > 0.05
-
-
-def foretold(scene: Scene) -> SteadySwing:
-    machine = compile_machine(scene)
-    assert isinstance(machine, Machine)
-    found = steady_swing(machine)
-    assert isinstance(found, SteadySwing)
-    return found
 
 
 @pytest.mark.parametrize(('energy', 'angle'), [(0.0, 0.5), (4e-4, -0.4)])
@@ -88,7 +86,7 @@ def test_recoil_gains_as_its_describing_function_says(energy, angle):
     for part in (1.0, 0.5):
         recoil, given = part * 4e-4, part * energy
         friction = 0.5 * given + recoil * angle
-        sections = {'escapement': escapement(given, angle, recoil=recoil, friction=friction)}
+        sections = {'escapement': impulse(given, angle, recoil=recoil, friction=friction)}
         swing = foretold(scene_of(**sections))
         assert swing.amplitude == pytest.approx(1.0, abs=1e-12)
         interval = round(swing.period, 9)
@@ -131,7 +129,7 @@ def test_recoil_starts_a_wheel_that_lies_short_of_its_impulse():
     """With R > kα the wheel rests on neither side: an anchor clock starts by itself."""
     scene = scene_of(
         trochlea={'release_angle': 0.1},
-        escapement=escapement(0.0, 0.15, recoil=4e-3, friction=3e-4),
+        escapement=impulse(0.0, 0.15, recoil=4e-3, friction=3e-4),
         duration=200.0,
     )
     machine = compile_machine(scene)
@@ -150,7 +148,7 @@ def test_friction_holds_the_wheel_where_recoil_and_well_leave_it():
 
     At −0.2 rad kθ + R = 1e-3 N m is within the friction.
     """
-    scene = scene_of(escapement=escapement(1e-6, 2.0, recoil=5e-3, friction=3e-3), duration=10.0)
+    scene = scene_of(escapement=impulse(1e-6, 2.0, recoil=5e-3, friction=3e-3), duration=10.0)
     times, angle, rate = angles(scene)
     turned = np.searchsorted(times, math.pi / OMEGA * np.arange(1, 5))
     np.testing.assert_allclose(angle[turned], [-1.2, 0.4, -0.6, -0.2], rtol=0, atol=0.1)
@@ -159,17 +157,8 @@ def test_friction_holds_the_wheel_where_recoil_and_well_leave_it():
     assert not np.any(rate[held])
 
 
-ROLLS = ((0.5, 1.8, 0.4), (0.2, 2.7, 1.9))
-"""Amplitude [rad], period [s] and phase [rad]: the wheel reaches one side, and not the other."""
-
-AT_SEA = {
-    'kind': 'components',
-    'rate': 20.0,
-    'components': [
-        {'amplitude': amplitude, 'period': period, 'phase': phase}
-        for amplitude, period, phase in ROLLS
-    ],
-}
+AT_SEA = rolling((0.5, 1.8, 0.4), (0.2, 2.7, 1.9), rate=20.0)
+"""The wheel reaches one side, and not the other."""
 
 
 def impulses(scene: Scene) -> tuple[np.ndarray, list[int]]:
@@ -187,14 +176,13 @@ def impulses(scene: Scene) -> tuple[np.ndarray, list[int]]:
     return np.concatenate(found), struck
 
 
-@pytest.mark.parametrize('recoil', [4e-4])
-def test_a_pallet_pushes_again_only_after_the_other_one(recoil):
+def test_a_pallet_pushes_again_only_after_the_other_one():
     """A wheel that turns back before it reaches the other side finds the tooth still there."""
     angle = 0.15
     scene = scene_of(
         trochlea={'release_angle': 0.3},
         ship=AT_SEA,
-        escapement=escapement(1e-5, angle, recoil=recoil),
+        escapement=impulse(1e-5, angle, recoil=4e-4),
         drag={'viscous': 1e-4},
         duration=20.0,
     )
@@ -204,19 +192,15 @@ def test_a_pallet_pushes_again_only_after_the_other_one(recoil):
     assert struck == pushed
     np.testing.assert_allclose(found, exact, rtol=0, atol=1e-10)
     assert set(np.diff(struck)) == {-2, 2}
-    assert len(struck) + 3 < comings(exact, angle)
-
-
-def comings(theta: np.ndarray, angle: float) -> int:
-    """Return how often the wheel comes to the angle of an impulse, on either side."""
-    exits = np.abs(theta[1:]) >= angle
-    return int(np.count_nonzero(exits & (np.sign(theta[1:]) * theta[:-1] < angle)))
+    # the wheel comes to the angle of an impulse more often, on either side
+    came = (np.abs(exact[1:]) >= angle) & (np.sign(exact[1:]) * exact[:-1] < angle)
+    assert len(struck) + 3 < np.count_nonzero(came)
 
 
 def test_recoil_starts_a_wheel_released_in_the_middle():
     """A release at 0 counts as +, and the tooth drives the wheel to −."""
     sections = {
-        'escapement': escapement(3e-5, 0.15, recoil=4e-3),
+        'escapement': impulse(3e-5, 0.15, recoil=4e-3),
         'drag': {'viscous': 1e-4},
         'duration': 10.0,
     }
@@ -239,6 +223,6 @@ def test_a_wheel_in_the_middle_without_recoil_never_starts(friction, recoil, rem
     with pytest.raises(SceneError, match='at rest for ever') as caught:
         scene_of(
             trochlea={'release_angle': 0.0},
-            escapement=escapement(1e-4, 0.1, recoil=recoil, friction=friction),
+            escapement=impulse(1e-4, 0.1, recoil=recoil, friction=friction),
         )
     assert remedy in str(caught.value)

@@ -10,13 +10,17 @@ import pytest
 from motion_cases import (
     SEA,
     WEIGHT,
+    arc,
     assert_same_swing,
     at_rest_at_sea,
+    impulse,
     moved,
     on_land,
+    rolling,
     run,
     sampled,
     scene_of,
+    weight_of,
 )
 from reference_propagator import Reference
 
@@ -55,26 +59,17 @@ AT_SEA = {
     'weight, drag, escapement': {
         'trochlea': WEIGHT,
         'drag': {'viscous': 1e-5, 'quadratic': 1e-4, 'coulomb': 1e-5},
-        'escapement': {'kind': 'impulse', 'energy': 2e-4, 'angle': 0.1},
+        'escapement': impulse(2e-4, 0.1),
     },
     'weight, drag, recoil': {
         'trochlea': WEIGHT,
         'drag': {'viscous': 1e-5, 'quadratic': 1e-4},
-        'escapement': {
-            'kind': 'impulse',
-            'energy': 2e-4,
-            'angle': 0.1,
-            'rest': {'friction': 1e-5, 'recoil': 5e-4},
-        },
+        'escapement': impulse(2e-4, 0.1, friction=1e-5, recoil=5e-4),
     },
     'arc': {
-        'trochlea': {
-            'cam': {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': 0.01},
-            'thread': {'kind': 'vertical'},
-            'inertia': 8e-3,
-        },
+        'trochlea': {'cam': arc(0.02, 0.01), 'thread': {'kind': 'vertical'}, 'inertia': 8e-3},
         'drag': {'viscous': 1e-5},
-        'escapement': {'kind': 'impulse', 'energy': 2e-4, 'angle': 0.1},
+        'escapement': impulse(2e-4, 0.1),
     },
 }
 
@@ -94,15 +89,12 @@ def test_half_a_minute_at_sea_against_dop853_on_the_same_samples(name):
         (engine.release(forcing), reference.release(forcing)),
         (engine.advance(forcing), reference.advance(forcing)),
     ):
-        close = {'rtol': 0.0, 'atol': 2e-11}
         assert_same_swing(found, exact, 2e-11)
-        np.testing.assert_allclose(
-            found.rate / machine.frequency, exact.rate / machine.frequency, **close
-        )
-        np.testing.assert_allclose(found.fraction, exact.fraction, **close)
-        np.testing.assert_allclose(found.phase_rate, exact.phase_rate, **close)
-        torque = machine.inertia * machine.frequency**2
-        np.testing.assert_allclose(found.torque / torque, exact.torque / torque, **close)
+        sizes = {'fraction': 1.0, 'phase_rate': 1.0, 'rate': machine.frequency}
+        sizes['torque'] = machine.inertia * machine.frequency**2
+        for column, size in sizes.items():
+            columns = (getattr(each, column) / size for each in (found, exact))
+            np.testing.assert_allclose(*columns, rtol=0.0, atol=2e-11, err_msg=column)
     assert exact.half_turns[-1] > 12
 
 
@@ -142,7 +134,7 @@ def test_an_impulse_just_after_the_middle_adds_no_beat(angle):
         trochlea=WEIGHT,
         ship=SEA,
         drag={'viscous': 1e-5, 'quadratic': 1e-4, 'coulomb': 1e-5},
-        escapement={'kind': 'impulse', 'energy': 2e-4, 'angle': angle},
+        escapement=impulse(2e-4, angle),
         duration=120.0,
         log={'interval': 0.05},
     )
@@ -159,11 +151,7 @@ def test_an_impulse_just_after_the_middle_adds_no_beat(angle):
 def test_a_kink_passed_twice_within_a_step_is_seen():
     """A swing of 1.5 mrad, driven by the roll, turns back just beyond the middle."""
     trochlea = {**AT_SEA['arc']['trochlea'], 'inertia': 4e-4, 'release_angle': 1e-6}
-    ship = {
-        'kind': 'components',
-        'components': [{'amplitude': 0.1075, 'period': 10.5746}],
-        'rate': 5.0,
-    }
+    ship = rolling((0.1075, 10.5746), rate=5.0)
     scene = scene_of(trochlea=trochlea, ship=ship, duration=20.0, log={'interval': 1.0})
     machine = compile_machine(scene)
     forcing = sampled(scene, machine, 8)
@@ -173,21 +161,9 @@ def test_a_kink_passed_twice_within_a_step_is_seen():
 
 
 CONSERVATIVE = {
-    'arc': (
-        {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': 0.01},
-        {'kind': 'vertical'},
-        {'kind': 'force', 'force': 2.0},
-    ),
-    'weight': (
-        {'kind': 'involute', 'base_radius': 0.01},
-        {'kind': 'vertical'},
-        {'kind': 'weight', 'mass': 2.0},
-    ),
-    'spring': (
-        {'kind': 'hole', 'lever_rate': 0.01},
-        {'kind': 'hole', 'distance': 0.08},
-        {'kind': 'spring', 'force': 2.0, 'stiffness': 50.0},
-    ),
+    'arc': {'cam': arc(0.02, 0.01), 'thread': {'kind': 'vertical'}},
+    'weight': weight_of(2.0, 0.01),
+    'spring': {'power': {'kind': 'spring', 'force': 2.0, 'stiffness': 50.0}},
 }
 
 
@@ -198,10 +174,7 @@ def test_conservative_wells_keep_the_period_of_the_quadrature(name, engine):
 
     DOP853 at 1e-13 errs by 1e-12 rad in one swing, a hundred swings at rounding by another 1e-12.
     """
-    cam, thread, power = CONSERVATIVE[name]
-    trochlea = {'cam': cam, 'thread': thread, 'power': power, 'release_angle': 1.3}
-    scene = scene_of(trochlea=trochlea, duration=100.0, log={'interval': 1.0})
-    machine = compile_machine(scene)
+    machine = compile_machine(scene_of(trochlea={**CONSERVATIVE[name], 'release_angle': 1.3}))
     period = machine.period(1.3)
     assert make_propagator(machine, still=True).name == 'action_angle'
     motion_at_end = moved(engine(machine), at_rest_at_sea(on_land(2000, 0.05, 2000), machine))

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from motion_cases import FORCE, INERTIA, LEVER_RATE, OMEGA, run, scene_of
+from motion_cases import INERTIA, LEVER_RATE, OMEGA, arc, run, scene_of, weight_of
 
 from tauto_core.samples import JOINT_STATES, PHASE
 from tauto_core.scene import SceneError
@@ -18,13 +18,7 @@ ENERGY = 0.5 * math.pi * VISCOUS * OMEGA
 """Of an impulse at the middle that keeps up a swing of 1 rad against the drag."""
 TRAIN = {'fall': 0.6, 'impulses': 12}
 SWINGS = 30
-CHEEK = {
-    'cam': {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': LEVER_RATE},
-    'thread': {'kind': 'vertical'},
-    'power': {'kind': 'force', 'force': FORCE},
-    'inertia': INERTIA,
-    'release_angle': RELEASE,
-}
+CHEEK = {'cam': arc(0.02, LEVER_RATE), 'thread': {'kind': 'vertical'}}
 
 
 def clock(escapement: dict[str, Any], **sections: Any):
@@ -130,11 +124,7 @@ def test_a_train_too_weak_to_rewind_is_refused_with_the_least():
 
 
 def test_a_swinging_thread_refuses_impulses_that_weaken():
-    hanging = {
-        'cam': {'kind': 'involute', 'base_radius': LEVER_RATE},
-        'thread': {'kind': 'hanging', 'length': 0.5},
-        'power': {'kind': 'weight', 'mass': 0.2},
-    }
+    hanging = weight_of(0.2, LEVER_RATE, thread={'kind': 'hanging', 'length': 0.5})
     clock({}, trochlea=hanging)
     with pytest.raises(SceneError, match=r'escapement\.kind = .impulse.: with impulses that weak'):
         clock({'train': TRAIN}, trochlea=hanging)

@@ -7,37 +7,33 @@ from typing import Any
 
 import numpy as np
 import pytest
-from motion_cases import on_land, run, sampled, scene_of
+from motion_cases import moved, on_land, run, sampled, scene_of, weight_of
 from slack_reference import Ideal, Lever, Swinging, TrueShip
 from test_motion_heat import warmed
 from thread_references import HELD
 
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.curves import Table, TableLever
+from tauto_core.kernels import entry
 from tauto_core.machines import HangingMachine, LeverMachine, Machine, compile_machine
 from tauto_core.machines.drags import Drag
 from tauto_core.motion import make_collocation, make_propagator
 from tauto_core.motion.free_end import FreeEndCollocation
-from tauto_core.samples import JOINT_STATES, PHASE, READING, SLACK, JointSamples, join, take
+from tauto_core.motion.real_threads import RealThreads, TautLever, _within
+from tauto_core.samples import JOINT_STATES, PHASE, READING, SLACK, join, take
 from tauto_core.scene.errors import PropagationError
 from tauto_core.ship import ShipMotion
 
-WEIGHT = {'power': {'kind': 'weight', 'mass': 0.05}, 'release_angle': 1.0}
-INVOLUTE = {**WEIGHT, 'cam': {'kind': 'involute', 'base_radius': 0.02}}
-VERTICAL = {**INVOLUTE, 'thread': {'kind': 'vertical'}}
+VERTICAL = weight_of(0.05, 0.02, release_angle=1.0)
 HOLE = {
-    **WEIGHT,
+    **VERTICAL,
     'cam': {'kind': 'hole', 'lever_rate': 0.02},
     'thread': {'kind': 'hole', 'distance': 0.2},
 }
 SPRUNG = {**VERTICAL, 'power': {'kind': 'weight_and_spring', 'mass': 0.05, 'stiffness': 5.0}}
-CHEEK = {
-    **WEIGHT,
-    'cam': {'kind': 'circular_arc', 'root_depth': 0.02, 'radius': 0.06},
-    'thread': {'kind': 'vertical'},
-}
+CHEEK = {**VERTICAL, 'cam': {'kind': 'circular_arc', 'root_depth': 0.02, 'radius': 0.06}}
 LEVER: dict[str, Any] = {
-    **WEIGHT,
+    **VERTICAL,
     'cam': {'kind': 'involute', 'base_radius': 0.01},
     'thread': {'kind': 'lever', 'arm': 0.1, 'weight_arm': 0.15, 'length': 0.3},
 }
@@ -45,7 +41,7 @@ TAILED = {
     **LEVER,
     'thread': {**LEVER['thread'], 'tail': {'mass': 0.02, 'distance': 0.12}, 'inertia': 3e-4},
 }
-HANGING = {**INVOLUTE, 'thread': {'kind': 'hanging', 'length': 0.3}}
+HANGING = {**VERTICAL, 'thread': {'kind': 'hanging', 'length': 0.3}}
 
 
 def falling(amplitude: float, phase: float = 1.6) -> dict[str, Any]:
@@ -84,8 +80,7 @@ def test_a_slack_thread_agrees_with_dop853(name):
     kinds: dict[type, Any] = {LeverMachine: Lever, HangingMachine: Swinging}
     reference = kinds.get(type(machine), Ideal)(machine)
     engine = make_collocation(machine)
-    engine.release(forcing)
-    found, exact = engine.advance(forcing), reference.run(forcing)
+    found, exact = moved(engine, forcing), reference.run(forcing)
     tautened = engine.tautened()
     assert len(tautened) == len(reference.slacks) > 0
     near = 1e-7 if isinstance(reference, Swinging) else 1e-9
@@ -110,8 +105,7 @@ def test_a_weight_falls_by_the_whole_force_near_weightlessness():
     reference = Swinging(machine)
     reference.ship = TrueShip
     engine = make_collocation(machine)
-    engine.release(forcing)
-    found, exact = engine.advance(forcing), reference.run(forcing)
+    found, exact = moved(engine, forcing), reference.run(forcing)
     assert len(engine.tautened()) == len(reference.slacks) > 0
     np.testing.assert_allclose(found.angle, exact[:, 0], rtol=0, atol=1e-5)
 
@@ -134,18 +128,15 @@ def test_a_thread_about_to_let_go_is_counted_once():
     }
     scene = scene_of(trochlea=trochlea, ship=ship, duration=6.5)
     engine, forcing = make_collocation(compile_machine(scene)), sampled(scene)
-    engine.release(forcing)
-    engine.advance(forcing)
+    moved(engine, forcing)
     times = [each.time_s for each in engine.tautened()]
     np.testing.assert_allclose(times, [1.277, 2.796, 4.308, 5.819], rtol=0, atol=2e-3)
 
 
 def steep() -> Table:
     """t = 0.1 ϑ − 0.055 ϑ³ + 0.0078 ϑ⁵ in four pieces."""
-    law, knots = (
-        np.polynomial.Polynomial([0.0, 0.1, 0.0, -0.055, 0.0, 0.0078]),
-        np.arange(5) * 0.55,
-    )
+    law = np.polynomial.Polynomial([0.0, 0.1, 0.0, -0.055, 0.0, 0.0078])
+    knots = np.arange(5) * 0.55
     taylor = [[law.deriv(j)(k) / math.factorial(j) for j in range(6)] for k in knots[:-1]]
     return Table('law', TableLever(knots, np.array(taylor), law.integ()(knots[:-1])))
 
@@ -172,8 +163,7 @@ def test_energy_is_lost_as_the_thread_tautens_and_never_gained():
             release_angle=rng.uniform(2.0, 2.19) * rng.choice([-1.0, 1.0]),
         )
         engine, forcing = make_collocation(machine), on_land(200, 0.01)
-        engine.release(forcing)
-        motion, tautened = engine.advance(forcing), engine.tautened()
+        motion, tautened = moved(engine, forcing), engine.tautened()
         slacks += len(tautened)
         assert all(each.lost_joule > 0.0 for each in tautened)
         angle, rate, times = motion.angle, motion.rate, 0.01 * np.arange(1, 201)
@@ -190,10 +180,7 @@ def test_a_massless_weight_lets_the_wheel_go_and_nothing_is_lost():
     massless = {**VERTICAL, 'power': {'kind': 'weight', 'mass': 0.2, 'massless': True}}
     ship = {**falling(3.0, -math.pi), 'components': [], 'rate': 100.0}
     scene = scene_of(trochlea=massless, ship=ship, duration=6.0, log={'interval': 0.01})
-    wheel = run(scene)[JOINT_STATES]
-    said = run(scene)[SLACK]
-    assert isinstance(wheel, JointSamples)
-    assert isinstance(said, JointSamples)
+    wheel, said = (run(scene)[topic] for topic in (JOINT_STATES, SLACK))
     ends = (said.stamp_ns - scene.starts_at_ns) * 1e-9
     w = math.tau / 3.1
     weightless = math.acos(scene.g / (3.0 * w * w)) / w
@@ -208,10 +195,8 @@ def test_a_massless_weight_lets_the_wheel_go_and_nothing_is_lost():
 
 def test_a_force_never_lets_go():
     """Force and spring have no mass, and draw as fast as the thread gives."""
-    for power in (
-        {'kind': 'force', 'force': 0.5},
-        {'kind': 'spring', 'force': 0.5, 'stiffness': 5},
-    ):
+    for power in ({'kind': 'force'}, {'kind': 'spring', 'stiffness': 5}):
+        power |= {'force': 0.5}
         scene = scene_of(trochlea={**VERTICAL, 'power': power}, ship=falling(3.0), duration=6.0)
         assert SLACK not in run(scene)
 
@@ -230,17 +215,10 @@ RIPPLES = {
 
 def test_friction_holds_a_free_wheel_until_the_thread_tautens():
     """Coulomb's friction stops the free wheel, and the tautening thread moves it."""
-    scene = scene_of(
-        trochlea=VERTICAL,
-        ship=RIPPLES,
-        drag={'coulomb': 1e-3},
-        duration=20.0,
-        log={'interval': 0.02},
-    )
+    sections = {'drag': {'coulomb': 1e-3}, 'log': {'interval': 0.02}}
+    scene = scene_of(trochlea=VERTICAL, ship=RIPPLES, duration=20.0, **sections)
     said = run(scene)
     wheel, slack = said[JOINT_STATES], said[SLACK]
-    assert isinstance(wheel, JointSamples)
-    assert isinstance(slack, JointSamples)
     times, rate = (wheel.stamp_ns - scene.starts_at_ns) * 1e-9, wheel.velocity[:, 0]
     ends, kept = (slack.stamp_ns - scene.starts_at_ns) * 1e-9, 0
     for end, (_, slack_s, lost) in zip(ends.tolist(), slack.position.tolist(), strict=True):
@@ -255,18 +233,10 @@ def test_friction_holds_a_free_wheel_until_the_thread_tautens():
     assert kept > 0
 
 
-CLOCK = {
-    'drag': {'viscous': 2e-5},
-    'escapement': {'kind': 'impulse', 'energy': 1e-4, 'angle': 0.1},
-}
+CLOCK = {**HELD, 'drag': {'viscous': 2e-5}}
 FALLING = {**falling(2.5), 'rate': 50.0}
 STAGES = {
-    'vertical, free-end steps': (
-        VERTICAL,
-        RIPPLES,
-        20.0,
-        {**CLOCK, 'solver': {'tolerance': 1e-6}},
-    ),
+    'vertical, free ends': (VERTICAL, RIPPLES, 20.0, {**CLOCK, 'solver': {'tolerance': 1e-6}}),
     'vertical, friction': (VERTICAL, RIPPLES, 20.0, {'drag': {'coulomb': 1e-3}}),
     'lever': (LEVER, FALLING, 4.0, CLOCK),
     'swinging': (HANGING, FALLING, 4.0, CLOCK),
@@ -311,8 +281,7 @@ def test_a_lever_to_port_is_the_mirror_image():
             duration=4.0,
         )
         engine, forcing = make_collocation(compile_machine(scene)), sampled(scene)
-        engine.release(forcing)
-        return engine.advance(forcing).angle, engine.tautened()
+        return moved(engine, forcing).angle, engine.tautened()
 
     (here, lost), (there, lost_there) = motion(1.0), motion(-1.0)
     assert len(lost) == len(lost_there) > 0
@@ -338,8 +307,7 @@ def test_a_machine_at_35_degrees_goes_slack_as_one_made_so(trochlea):
     for machine in (cold, cold.at_celsius(35.0)):
         forcing = warmed(spans, log_s, np.full(count + 1, 35.0)) if machine is cold else spans
         engine = make_collocation(machine)
-        engine.release(forcing)
-        found.append((engine.advance(forcing).angle, engine.tautened()))
+        found.append((moved(engine, forcing).angle, engine.tautened()))
     (hot, lost), (same, lost_same) = found
     assert cold.at_celsius(35.0).inertia > 1.0005 * cold.inertia
     np.testing.assert_allclose(hot, same, rtol=0, atol=1e-11)
@@ -354,10 +322,7 @@ def test_free_end_steps_go_on_after_a_slack_thread():
     forcing = sampled(scene)
     free, exact = make_propagator(machine, still=False, sweeps=3), make_collocation(machine)
     assert isinstance(free, FreeEndCollocation)
-    free.release(forcing)
-    exact.release(forcing)
-    found, wanted = free.advance(forcing), exact.advance(forcing)
-    assert len(found.angle) == len(wanted.angle)
+    found, wanted = moved(free, forcing), moved(exact, forcing)
     np.testing.assert_allclose(found.angle, wanted.angle, atol=1e-7)
     assert len(free.tautened()) == len(exact.tautened()) > 0
 
@@ -371,6 +336,28 @@ def test_a_machine_that_stops_ends_where_the_thread_lets_go():
         run(stops)
     went_s = (take(said, slice(0, 1)).stamp_ns[0] - scene.starts_at_ns) * 1e-9
     assert caught.value.time_s == pytest.approx(went_s - said.position[0, 1], abs=1e-9)
+
+
+@entry
+def margin_of(lever: Any, held: TautLever, height: float) -> float:
+    return _within(lever, held, height)
+
+
+def test_the_margin_of_a_slack_lever_ends_with_its_arc():
+    """The margin falls to 0 at both ends, and a quarter turn above or below where it is held."""
+    lever, _ = RealThreads(compile_machine(scene_of(trochlea=LEVER)))._model
+    middle, half, root = lever.shape.full.middle, lever.shape.full.half_width, lever.root_j
+    assert middle != 0.0
+
+    def margin(s: float, over: float) -> float:
+        return margin_of(lever, TautLever(s, 0.0, 0.0, 0.0, 0.2), root * (0.2 + over))
+
+    assert margin(middle, 0.0) == 1.0
+    for side in (1.0, -1.0):
+        assert margin(middle + side * half, 0.0) == pytest.approx(0.0, abs=1e-15)
+        assert margin(middle + side * 1.01 * half, 0.0) == pytest.approx(-0.0201, rel=1e-9)
+        assert margin(middle, side * 1.5) == pytest.approx(0.5 * np.pi - 1.5, rel=1e-12)
+        assert margin(middle, side * 1.6) < 0.0
 
 
 def test_the_stage_counts_the_slacks_of_its_thread():

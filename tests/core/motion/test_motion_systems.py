@@ -13,39 +13,29 @@ from typing import Any
 
 import numpy as np
 import pytest
-from motion_cases import SEA, on_land, sampled, scene_of
+from motion_cases import SEA, TIED, arc, impulse, on_land, sampled, scene_of, weight_of
+from thread_references import HELD
 
 from tauto_core.machines import compile_machine
 from tauto_core.motion import Forcing, make_collocation
 from tauto_core.motion.gauss_step import LEAST_SETTLED
 from tauto_core.motion.suspended_case import AxleSwing, BearingMotion
 
-WHEEL = {
-    'cam': {'kind': 'involute', 'base_radius': 0.02},
-    'thread': {'kind': 'vertical'},
-    'power': {'kind': 'weight', 'mass': 0.05},
-}
+WHEEL = weight_of(0.05, 0.02)
 TROCHLEAS: dict[str, dict[str, Any]] = {
     'wheel': WHEEL,
-    'cheek': {**WHEEL, 'cam': {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': 0.02}},
-    'lever': {**WHEEL, 'thread': {'kind': 'lever', 'arm': 0.1, 'weight_arm': 0.15, 'length': 0.3}},
+    'cheek': {**WHEEL, 'cam': arc(0.02, 0.02)},
+    'lever': {**WHEEL, 'thread': TIED},
     'thread': {**WHEEL, 'thread': {'kind': 'hanging', 'length': 0.6}},
 }
 UNBALANCED = {**WHEEL, 'imbalance': {'moment': 1e-4, 'direction': 0.7}}
-KEPT_GOING = {
-    'drag': {'viscous': 1e-5, 'quadratic': 1e-5},
-    'escapement': {'kind': 'impulse', 'energy': 1e-4, 'angle': 0.1},
-}
-RECOILING = {
-    'drag': {'viscous': 2e-5},
-    'escapement': {'kind': 'impulse', 'energy': 1e-5, 'angle': 0.01, 'rest': {'recoil': 4e-4}},
-}
+RECOILING = {'drag': {'viscous': 2e-5}, 'escapement': impulse(1e-5, 0.01, recoil=4e-4)}
 CLOCKS: dict[str, tuple[str, dict[str, Any]]] = {
-    **{f'{name}, kept going': (name, KEPT_GOING) for name in TROCHLEAS},
+    **{f'{name}, kept going': (name, HELD) for name in TROCHLEAS},
     'wheel, recoil': ('wheel', RECOILING),
     'lever, recoil': ('lever', RECOILING),
     'thread, recoil': ('thread', RECOILING),
-    'unbalanced wheel, kept going': ('unbalanced wheel', KEPT_GOING),
+    'unbalanced wheel, kept going': ('unbalanced wheel', HELD),
 }
 CASE = 0.015, 0.1, 0.05, 9.80665
 """e, c, k [m] of a suspended case, and gravity."""
