@@ -195,17 +195,6 @@ def test_an_axle_that_rolls_and_slides_agrees_with_dop853(clock: AxleClock) -> N
     np.testing.assert_allclose(found.arc_m[-1], expected[0], atol=1e-10)
 
 
-def test_with_enough_friction_it_rolls_and_with_little_it_slides() -> None:
-    start = (-0.016, 0.8, 0.0, 0.0)
-    rolling = axle_table(clock_of(5.0, 0.3, 0.15, start, contact='rolling'), 1.0, 0.1)
-    rough = axle_table(clock_of(5.0, 0.3, 0.15, start, contact='coulomb', friction=5.0), 1.0, 0.1)
-    np.testing.assert_allclose(rough.phi_rad, rolling.phi_rad, atol=1e-13)
-    np.testing.assert_allclose(rolling.slip_m_s, 0.0, atol=1e-14)
-    smooth = axle_table(clock_of(5.0, 0.3, 0.15, start), 1.0, 0.1)
-    slick = axle_table(clock_of(5.0, 0.3, 0.15, start, contact='coulomb', friction=1e-7), 1.0, 0.1)
-    np.testing.assert_allclose(slick.phi_rad, smooth.phi_rad, atol=1e-4)
-
-
 def test_small_motions_are_those_of_the_modes() -> None:
     """§30–32: pushed from rest. The difference is of third order in the amplitude."""
     for size, most in ((1e-2, 3e-5), (1e-3, 3e-8)):

@@ -142,7 +142,7 @@ def exact_wheel(t, viscous):
 def test_a_day_of_the_second_cam_at_sea_against_the_exact_roll(viscous, days):
     """With the error of sampling at 20 Hz. 1e-9 s/day would be 7e-9 rad after a day."""
     scene = scene_of(
-        ship=rolling(*ROLL),
+        ship=rolling(*ROLL, height=0.0),
         duration=86_400.0 * days,
         log={'interval': 3600.0},
         drag={'viscous': viscous} if viscous else None,
@@ -165,7 +165,9 @@ def test_a_day_of_the_second_cam_at_sea_against_the_exact_roll(viscous, days):
 
 def test_coarse_samples_are_enough_where_nothing_is_fitted():
     """Under four samples in the shortest wave. The error left is the one-sided first piece's."""
-    found = run(scene_of(ship=rolling(*ROLL, rate=1.25), duration=800.0, log={'interval': 3.2}))
+    found = run(
+        scene_of(ship=rolling(*ROLL, height=0.0, rate=1.25), duration=800.0, log={'interval': 3.2})
+    )
     angle = found[JOINT_STATES].position[:, 0]
     exact = exact_wheel(3.2 * np.arange(len(angle)), 0.0)
     # a window with one sample more on either side, not three, leaves 2e-6
@@ -174,7 +176,7 @@ def test_coarse_samples_are_enough_where_nothing_is_fitted():
 
 def test_forced_harmonic_stops_at_the_edge_of_the_cam():
     """Roll at resonance: θ grows until the cam ends, when the general engine finds it."""
-    ship = rolling((0.2, 2 * math.pi / OMEGA, 0.4))
+    ship = rolling((0.2, 2 * math.pi / OMEGA, 0.4), height=0.0)
     cam = {
         'cam': {'kind': 'hole', 'lever_rate': 0.01},
         'thread': {'kind': 'hole', 'distance': 0.02},

@@ -104,7 +104,7 @@ def uneven(imu):
 @pytest.mark.parametrize('release', [1.0, 0.03])
 def test_samples_and_fitted_polynomials_make_the_same_motion(change, release):
     """The two ways share neither the fit nor the rows."""
-    ship = rolling((0.1, 8.0, 0.3), (0.05, 5.0, 1.0), rate=10.0)
+    ship = rolling((0.1, 8.0, 0.3), (0.05, 5.0, 1.0), height=0.0, rate=10.0)
     scene = scene_of(
         ship=ship, trochlea={'release_angle': release}, duration=160.0, log={'interval': 0.8}
     )

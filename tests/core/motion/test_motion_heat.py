@@ -211,13 +211,3 @@ def test_an_anharmonic_swing_keeps_its_action_as_its_force_grows() -> None:
     # the time of 320 turns: at turning points the phase does not depend on the amplitude
     turned = float(np.interp(640.0, motion.half_turns + motion.fraction, forcing.end_ns * 1e-9))
     assert 320.0 * wheel.period(1.0) / turned - 1.0 == pytest.approx(4.831e-4, abs=3e-7)
-
-
-def test_spans_within_an_interval_change_nothing() -> None:
-    """Halves of each interval, as for a sampled ship, and the whole of it."""
-    wheel, celsius = machine('cam of steel'), np.array([20.0, 30.0, 15.0])
-    ends = []
-    for parts in (1, 2):
-        forcing = warmed(on_land(2 * parts, 12.0 / parts), 12.0, celsius)
-        ends.append(moved(make_propagator(wheel, still=True), forcing).angle[-1])
-    assert ends[0] == pytest.approx(ends[1], abs=1e-11)

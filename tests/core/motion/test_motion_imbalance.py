@@ -108,23 +108,6 @@ def test_friction_holds_an_unbalanced_wheel_away_from_the_middle():
         assert (np.ptp(angles(scene)[1]) == 0.0) == held
 
 
-def test_a_wheel_that_hangs_from_its_axle_is_a_pendulum():
-    """T = 4√(I/mgd) K(sin² A/2). The thread of 5e-8 N m/rad changes it by 7e-8."""
-    pendulum = {
-        'inertia': 0.01,
-        'cam': {'kind': 'hole', 'lever_rate': 5e-4},
-        'power': {'kind': 'force', 'force': 1e-4},
-        'imbalance': {'moment': 0.04},
-    }
-    machine = compile_machine(scene_of(trochlea=pendulum))
-    table = isochronism(machine, [0.1, 1.0, 2.5])
-    for amplitude, period in zip(table.amplitude_rad, table.period_s, strict=True):
-        quarter = mpmath.ellipk(mpmath.sin(amplitude / 2.0) ** 2)
-        expected = 4.0 * math.sqrt(0.01 / (0.04 * G)) * float(quarter)
-        assert period == pytest.approx(expected, rel=3e-7)
-        assert period < expected
-
-
 @pytest.mark.parametrize(
     ('trochlea', 'said'),
     [

@@ -45,7 +45,7 @@ BOTH = {'kind': 'weight_and_spring', 'mass': 0.05, 'stiffness': 3.0}
 OWN_CAM = {'cam': {'kind': 'lever_corrected', 'period': 1.0}}
 TAIL = {'tail': {'mass': 0.01, 'distance': 0.05}}
 ROLL, PERIOD, PHASE = 0.15, 8.2, 1.0
-SEA = rolling((ROLL, PERIOD, PHASE))
+SEA = rolling((ROLL, PERIOD, PHASE), height=0.0)
 HEAVING = SEA | {'heave': waves((0.6, 10.2, 0.7)), 'height': 2.5}
 """The same roll. The rest does not act on massless pulls."""
 EXACT = {'solver': {'tolerance': 1e-13}}
@@ -140,22 +140,6 @@ def test_it_sails_as_dop853_does(thread: dict[str, Any], power: dict[str, Any]) 
     close = 1e-11 if power is CONSTANT else 2e-11
     np.testing.assert_allclose(found.position[-12:, 0], wanted.y[0], rtol=0, atol=close)
     np.testing.assert_allclose(found.velocity[-12:, 0], wanted.y[1], rtol=0, atol=10.0 * close)
-
-
-def test_on_an_arc_the_small_period_goes_as_the_inverse_root() -> None:
-    """Of cos β₀: the thread's arm stays ρ, the weight's is AD cos β₀."""
-    level, up = (compile_machine(scene(ARC | {'inclination': at}, CONSTANT)) for at in (0.0, 0.4))
-    assert isinstance(level, LeverMachine)
-    assert isinstance(up, LeverMachine)
-    ratio = up.small_period / level.small_period
-    assert ratio == pytest.approx(1.0 / math.sqrt(math.cos(0.4)), rel=1e-14)
-
-
-def test_a_table_of_a_constant_force_is_that_force() -> None:
-    table = {'kind': 'force_table', 'points': [[0.03 * k, 0.5] for k in range(6)]}
-    pair = [compile_machine(scene(ARC, power)) for power in (CONSTANT, table)]
-    periods = [machine.period(1.2) for machine in pair if isinstance(machine, LeverMachine)]
-    assert periods[1] == pytest.approx(periods[0], rel=1e-14)
 
 
 def test_joints_of_a_measured_force_take_a_series() -> None:

@@ -85,11 +85,10 @@ def test_twofold_rotation_is_good_to_thirty_digits(rate):
             assert abs(out[3]) <= math.ulp(out[2])
 
 
-@pytest.fixture(scope='module')
-def measured():
-    """Angles up to π with sine and 1 − cosine, and the rotation by twice as much.
+def test_series_and_rotations_are_good_to_few_roundings():
+    """Angles up to π, 1 − cos relative to itself, and rotations by twice as much.
 
-    As floats and as lanes.
+    As floats and, with the same bits, as lanes.
     """
     angles = np.concatenate([np.linspace(-math.pi, math.pi, 801), np.geomspace(1e-9, 1.0, 79)])
     rows = angles.reshape(-1, 8)
@@ -99,40 +98,15 @@ def measured():
         for i, angle in enumerate(row):
             functions(float(angle), row[None].copy(), floats[8 * k + i], part)
         lanes[:, 8 * k : 8 * k + 8] = part
-    return angles, floats, lanes
-
-
-def test_one_series_gives_the_same_bits_as_floats_and_as_lanes(measured):
-    _, floats, lanes = measured
     np.testing.assert_array_equal(lanes.T, floats)
-
-
-def test_series_are_good_to_few_roundings_up_to_pi(measured):
-    """4.0e-16 for the sine, 7.6e-16 of the number itself for 1 − cos, of 40 000 angles."""
-    angles, floats, _ = measured
     with mpmath.workdps(40):
-        for angle, (sine, versine, *_) in zip(angles.tolist(), floats, strict=True):
-            exact = mpmath.mpf(angle)
+        for angle, row in zip(angles.tolist(), floats.tolist(), strict=True):
+            (sine, versine, cosine_2, sine_2), exact = row, mpmath.mpf(angle)
             short = 2 * mpmath.sin(exact / 2) ** 2
             assert abs(sine - mpmath.sin(exact)) < 5e-16
             assert abs(versine - short) <= 1e-15 * short
-
-
-def test_rotations_are_good_to_few_roundings_up_to_a_whole_turn(measured):
-    """By twice the angle: 2 s² and 2 s cos, of errors of s and 1 − cos as above."""
-    angles, floats, _ = measured
-    with mpmath.workdps(40):
-        for angle, (*_, cosine, sine) in zip(angles.tolist(), floats, strict=True):
-            exact = 2 * mpmath.mpf(angle)
-            assert abs(cosine - mpmath.cos(exact)) < 1.5e-15
-            assert abs(sine - mpmath.sin(exact)) < 3e-15
-            assert abs(cosine**2 + sine**2 - 1.0) < 4e-15
-
-
-def test_small_angles_keep_their_digits(measured):
-    """Relative, where the sine of a long series would have the error of its largest term."""
-    angles, floats, _ = measured
-    with mpmath.workdps(40):
-        for angle, (sine, *_) in zip(angles.tolist(), floats, strict=True):
+            assert abs(cosine_2 - mpmath.cos(2 * exact)) < 1.5e-15
+            assert abs(sine_2 - mpmath.sin(2 * exact)) < 3e-15
             if 0.0 < abs(angle) < 1.0:
-                assert abs(sine / mpmath.sin(mpmath.mpf(angle)) - 1) < 4e-16
+                # the sine of a long series would have the error of its largest term
+                assert abs(sine / mpmath.sin(exact) - 1) < 4e-16

@@ -10,36 +10,26 @@ and ṡ + γ̇n. Their time derivatives are those of the chain rule.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
-from motion_cases import scene_of
+from motion_cases import arc, impulse, on_land, scene_of, weight_of
 
 from tauto_core.kernels import entry
 from tauto_core.machines import Machine, compile_machine
-from tauto_core.motion import Forcing
 from tauto_core.motion.collocation import Collocation
 from tauto_core.motion.gauss_step import Mode, make_work
 from tauto_core.motion.lanes import SIZE
 from tauto_core.motion.system import ChannelAt, Inputs, Plane
 from tauto_core.motion.wheel import WHEEL_NODES, disturbance_on_land, holding_torque
 
-HEAVY = {
-    'cam': {'kind': 'involute', 'base_radius': 0.012},
-    'thread': {'kind': 'vertical'},
-    'power': {'kind': 'weight', 'mass': 0.15},
-    'inertia': 8e-4,
-}
-CHEEK = {**HEAVY, 'cam': {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': 0.01}}
+HEAVY = weight_of(0.15, 0.012, inertia=8e-4)
+CHEEK = {**HEAVY, 'cam': arc(0.02, 0.01)}
 SPRING = {'power': {'kind': 'spring', 'force': 2.0, 'stiffness': 50.0}}
 DRAG = {'viscous': 3e-4, 'quadratic': 2e-4, 'coulomb': 1e-4}
-RECOIL = {
-    'kind': 'impulse',
-    'energy': 2e-4,
-    'angle': 0.1,
-    'rest': {'friction': 1e-5, 'recoil': 5e-4},
-}
+RECOIL = impulse(2e-4, 0.1, friction=1e-5, recoil=5e-4)
 WHEELS: dict[str, dict[str, Any]] = {
     'arc': {'trochlea': HEAVY},
     'arc, drag': {'trochlea': HEAVY, 'drag': DRAG},
@@ -96,17 +86,14 @@ def acceleration(machine: Machine, q: Any, speed: Any, at: Inputs, mode: Mode) -
 def system_of(machine: Machine) -> Any:
     """The wheel with all channels of the ship's motion, and ω."""
     sea = np.zeros((1, 2))
-    forcing = Forcing(
-        length_s=np.ones(1),
-        begin=np.zeros(1),
-        end=np.ones(1),
-        end_ns=np.array([10**9]),
-        logged=np.ones(1, bool),
-        neutral=sea,
-        tilt=sea,
-        gravity=sea if machine.pulling_mass else None,
-    )
+    gravity = sea if machine.pulling_mass else None
+    forcing = replace(on_land(1, 1.0), neutral=sea, tilt=sea, gravity=gravity)
     return Collocation(machine)._model_of(forcing)
+
+
+def channels(random: Any, machine: Machine) -> Inputs:
+    line, tilt = (ChannelAt(*random.normal(0.0, 0.3, 3)) for _ in range(2))
+    return Inputs(line, tilt, 9.8 + random.normal() if machine.pulling_mass else 0.0)
 
 
 @pytest.mark.parametrize('name', WHEELS)
@@ -118,8 +105,7 @@ def test_stages_and_instants_obey_the_printed_equation(name):
     work, out = make_work(1, WHEEL_NODES), np.empty((SIZE, 8))
     mu = machine.carried_mass / machine.inertia
     for _ in range(20):
-        line, tilt = (ChannelAt(*random.normal(0.0, 0.3, 3)) for _ in range(2))
-        at = Inputs(line, tilt, 9.8 + random.normal() if machine.pulling_mass else 0.0)
+        line, tilt, _ = at = channels(random, machine)
         mode = Mode(*random.choice([-1.0, 1.0], 3))
         q = np.abs(random.uniform(0.02, 1.2, SIZE))
         # a kinked cam is continued from the side that is felt; the plain law is that of this side
@@ -157,8 +143,7 @@ def test_the_holding_torque_keeps_a_wheel_at_rest_in_the_case(name):
     wheel, _ = system_of(machine)
     random = np.random.default_rng(6)
     for _ in range(20):
-        line, tilt = (ChannelAt(*random.normal(0.0, 0.3, 3)) for _ in range(2))
-        at = Inputs(line, tilt, 9.8 + random.normal() if machine.pulling_mass else 0.0)
+        _, tilt, _ = at = channels(random, machine)
         side, pallet = random.choice([-1.0, 1.0], 2)
         q = side * random.uniform(0.02, 1.2)
         mode = Mode(side, 0.0, pallet)
