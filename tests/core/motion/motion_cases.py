@@ -98,6 +98,21 @@ def scene_of(**sections: Any) -> Scene:
     return parse_scene(yaml.safe_dump({**base, **sections, 'trochlea': trochlea}), 'test')
 
 
+def regulator_scene(
+    regulator: dict[str, Any], duration: float, log: float, ship: dict[str, Any] | None = None
+) -> Scene:
+    """Return the scene of a regulator that is no trochlea."""
+    content = {
+        'name': 'test',
+        'duration': duration,
+        'regulator': regulator,
+        'ship': ship or {'kind': 'still'},
+        'log': {'interval': log},
+        'drift': {'observation_interval': duration},
+    }
+    return parse_scene(yaml.safe_dump(content), 'test')
+
+
 def foretold(scene: Scene) -> SteadySwing:
     """Return the steady swing of a scene's clock."""
     machine = compile_machine(scene)
@@ -105,6 +120,18 @@ def foretold(scene: Scene) -> SteadySwing:
     swing = steady_swing(machine)
     assert isinstance(swing, SteadySwing)
     return swing
+
+
+SWINGS = 20
+
+
+def released_steady(swing: SteadySwing, **sections: Any) -> Scene:
+    """Return a clock released in its steady swing, logged once a swing, to the nanosecond."""
+    interval = round(swing.period, 9)
+    duration = round(SWINGS * interval, 9)
+    trochlea = {**sections.pop('trochlea', {}), 'release_angle': swing.amplitude}
+    times = {'log': {'interval': interval}, 'drift': {'observation_interval': duration}}
+    return scene_of(trochlea=trochlea, duration=duration, **times, **sections)
 
 
 def run(scene: Scene) -> Batches:

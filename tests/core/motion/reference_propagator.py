@@ -17,12 +17,13 @@ import cmath
 import math
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import lru_cache, partial
 from typing import NamedTuple
 from unittest.mock import patch
 
 import numpy as np
+from motion_cases import moved, spans_to
 from scipy.integrate import solve_ivp
 from scipy.interpolate import BPoly
 from thread_references import Swinging, reference_of, solve
@@ -306,8 +307,8 @@ class Reference:
             self._now.given += 1
             energy = strength * escapement.energy
             rate = d * math.sqrt(at.rate * at.rate + 2.0 * energy / at.mass)
-            moved: FloatArray = y + np.array([0.0, rate - at.rate])
-            return moved
+            struck: FloatArray = y + np.array([0.0, rate - at.rate])
+            return struck
         return y
 
     def _set_off(self, t: float, y: FloatArray, direction: float) -> None:
@@ -604,22 +605,11 @@ class _ExactReference(Reference):
 def _of_one_degree(
     machine: Machine, felt: Callable[[float], Felt], times: FloatArray
 ) -> FloatArray:
-    n, ends_ns = len(times), np.round(times * 1e9).astype(np.int64)
-    follows = machine.follows_apparent_vertical
-    names = [] if not follows else ['tilt']
-    names += ['gravity'] if machine.feels_gravity else []
-    forcing = Forcing(
-        length_s=np.diff(times, prepend=0.0),
-        begin=np.zeros(n),
-        end=np.ones(n),
-        end_ns=ends_ns,
-        logged=np.ones(n, np.bool_),
-        neutral=np.zeros((n, 1)),
-        **{name: np.zeros((n, 1)) for name in names},
-    )
-    exact = _ExactReference(machine, felt)
-    exact.release(forcing)
-    motion = exact.advance(forcing)
+    names = ['neutral'] + ['tilt'] * machine.follows_apparent_vertical
+    names += ['gravity'] * machine.feels_gravity
+    channels = {name: np.zeros((len(times), 1)) for name in names}
+    forcing = replace(spans_to(np.round(times * 1e9)), **channels)
+    motion = moved(_ExactReference(machine, felt), forcing)
     return math.pi * (motion.half_turns % 2 + motion.fraction)
 
 

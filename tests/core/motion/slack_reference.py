@@ -167,6 +167,15 @@ class Reference:
             self.armed, self.pallet, self.given = False, self.direction, self.given + 1
         return t, y
 
+    def struck(self, t: float, y: np.ndarray, ship: Ship) -> np.ndarray:
+        """Return the state after an impulse, which a taut thread passes on to its load."""
+        rate, (carried, along) = self.wheel(t, y, ship)[1], self.carried(y)
+        mass = 1.0 + carried if self.taut else 1.0
+        kick = self.direction * math.sqrt(rate * rate + self.energy / mass) - rate
+        wheel = np.zeros_like(y)
+        wheel[1] = kick
+        return y + wheel + kick * along if self.taut else y + wheel
+
 
 class Ideal(Reference):
     """A vertical thread, or one through a hole: ϑ, ψ̇, η, η̇."""
@@ -223,12 +232,11 @@ class Ideal(Reference):
             0.5 * self.machine.inertia * speed**2 + 0.5 * self.machine.carried_mass * y[3] ** 2
         )
 
-    def struck(self, t: float, y: np.ndarray, ship: Ship) -> np.ndarray:
-        rate, arm = self.wheel(t, y, ship)[1], self.arm(y[0])[0]
-        mu = self.machine.carried_mass / self.machine.inertia if self.taut else 0.0
-        struck = math.sqrt(rate * rate + self.energy / (1.0 + mu * arm * arm))
-        kick = self.direction * struck - rate
-        return y + np.array([0.0, kick, 0.0, arm * kick if self.taut else 0.0])
+    def carried(self, y: np.ndarray) -> tuple[float, np.ndarray]:
+        """What the thread adds to the wheel's inertia, over it, and how the load moves along."""
+        arm = self.arm(y[0])[0]
+        mu = self.machine.carried_mass / self.machine.inertia
+        return mu * arm * arm, np.array([0.0, 0.0, 0.0, arm])
 
 
 class Swinging(Reference):
@@ -298,14 +306,10 @@ class Swinging(Reference):
         wheel = 0.5 * self.machine.inertia * y[1] ** 2
         return float(wheel + 0.5 * self.machine.mass * (y[4] ** 2 + y[5] ** 2))
 
-    def struck(self, t: float, y: np.ndarray, ship: Ship) -> np.ndarray:
+    def carried(self, y: np.ndarray) -> tuple[float, np.ndarray]:
         machine, (u, _, d, _) = self.machine, self.along(y)
-        rate, rho = self.wheel(t, y, ship)[1], machine.base_radius * u
-        mu = machine.mass / machine.inertia if self.taut else 0.0
-        struck = math.sqrt(rate * rate + self.energy / (1.0 + mu * rho * rho))
-        kick = self.direction * struck - rate
-        velocity = -rho * kick * d if self.taut else np.zeros(2)
-        return y + np.array([0.0, kick, 0.0, 0.0, *velocity])
+        rho = machine.base_radius * u
+        return machine.mass / machine.inertia * rho**2, np.array([0.0] * 4 + [*(-rho * d)])
 
 
 class Lever(Reference):
@@ -369,9 +373,6 @@ class Lever(Reference):
         speeds = (y[1] - turn) ** 2 + self.j * (y[3] - turn) ** 2
         return float(0.5 * self.machine.inertia * speeds)
 
-    def struck(self, t: float, y: np.ndarray, ship: Ship) -> np.ndarray:
-        rate, b = self.wheel(t, y, ship)[1], self.held(y[0])[1]
-        mass = 1.0 + self.j * b * b if self.taut else 1.0
-        struck = math.sqrt(rate * rate + self.energy / mass)
-        kick = self.direction * struck - rate
-        return y + np.array([0.0, kick, 0.0, b * kick if self.taut else 0.0])
+    def carried(self, y: np.ndarray) -> tuple[float, np.ndarray]:
+        b = self.held(y[0])[1]
+        return self.j * b * b, np.array([0.0, 0.0, 0.0, b])

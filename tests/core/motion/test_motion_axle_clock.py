@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-import yaml
+from motion_cases import regulator_scene, rolling
 from mpmath import mp, mpf
 from scipy.integrate import solve_ivp
 
@@ -22,7 +22,6 @@ from tauto_core.machines.axle_pendulum import (
 )
 from tauto_core.motion.axle import axle_table, forces
 from tauto_core.samples import JOINT_STATES, PHASE, READING
-from tauto_core.scene import parse_scene
 from tauto_core.scene.errors import PropagationError
 from tauto_core.ship import ShipMotion
 
@@ -64,6 +63,13 @@ def with_friction(clock: AxleClock, y: Any, force: str, slip: int = 0) -> tuple[
     return tuple(np.linalg.solve(np.array([*rows, last]), np.array([*right, 0.0])))
 
 
+def law_of(clock: AxleClock, force: str, slip: int = 0) -> tuple[Any, Any]:
+    """Return the slopes of s, φ, ṡ, φ̇, and their values at the start."""
+    start = [clock.arc, clock.tilt, clock.arc_rate, clock.tilt_rate]
+    return lambda _, y: [y[2], y[3], *with_friction(clock, y, force, slip)[:2]], np.array(start)
+
+
+EXACT: dict[str, Any] = {'method': 'DOP853', 'rtol': 1e-13, 'atol': 1e-15}
 CASES: dict[str, AxleClock] = {
     'in a hollow': clock_of(12.5, 0.3, 0.15, (0.004, 0.4, 0.0, 0.3)),
     'on a plane': clock_of(0.0, 0.3, 0.15, (0.1, 0.5, 0.2, 0.0)),
@@ -82,11 +88,9 @@ def test_the_motion_agrees_with_dop853(name: str) -> None:
     clock = CASES[name]
     force = 'rolls' if clock.contact == 'rolling' else 'smooth'
     time_s = 0.4 if name == 'on a convex support' else 1.5
-    run = solve_ivp(
-        lambda _, y: [y[2], y[3], *with_friction(clock, y, force)[:2]], (0.0, time_s),
-        [clock.arc, clock.tilt, clock.arc_rate, clock.tilt_rate], 'DOP853', rtol=1e-13,
-        atol=1e-15, max_step=0.005, t_eval=[0.5 * time_s, time_s],
-    )  # fmt: skip
+    law, start = law_of(clock, force)
+    instants = [0.5 * time_s, time_s]
+    run = solve_ivp(law, (0.0, time_s), start, t_eval=instants, max_step=0.005, **EXACT)
     found = axle_table(clock, time_s, 0.5 * time_s)
     np.testing.assert_allclose(found.phi_rad[1:], run.y[1], atol=1e-11)
     np.testing.assert_allclose(found.arc_m[1:], run.y[0], atol=1e-11)
@@ -138,7 +142,7 @@ def test_on_a_support_that_moves_they_obey_newton(curvature: float, touch: AxleC
 
 def sliding(clock: AxleClock, time_s: float) -> np.ndarray:
     """Return s, φ, ṡ, φ̇ by DOP853 from one change of the contact to the next."""
-    y, at, slip = np.array([clock.arc, clock.tilt, clock.arc_rate, clock.tilt_rate]), 0.0, 0
+    y, at, slip = law_of(clock, 'rolls')[1], 0.0, 0
     b, mu = clock.radius, clock.friction
     changes = 0
 
@@ -149,10 +153,7 @@ def sliding(clock: AxleClock, time_s: float) -> np.ndarray:
     if kept(y) < 0.0:
         slip = -1 if with_friction(clock, y, 'rolls')[3] > 0.0 else 1
     while at < time_s:
-        how = 'slides' if slip else 'rolls'
-
-        def law(_: float, y: Any, how: str = how, slip: int = slip) -> list[float]:
-            return [y[2], y[3], *with_friction(clock, y, how, slip)[:2]]
+        law, _ = law_of(clock, 'slides' if slip else 'rolls', slip)
 
         def ends(t: float, y: Any, slip: int = slip, begin: float = at) -> float:
             if t <= begin + 1e-7:
@@ -160,9 +161,7 @@ def sliding(clock: AxleClock, time_s: float) -> np.ndarray:
             return float(slip * (y[2] + b * y[3])) if slip else kept(y)
 
         ends.terminal = True
-        run = solve_ivp(
-            law, (at, time_s), y, 'DOP853', rtol=1e-13, atol=1e-15, events=ends, max_step=0.003
-        )
+        run = solve_ivp(law, (at, time_s), y, events=ends, max_step=0.003, **EXACT)
         at, y = float(run.t[-1]), run.y[:, -1]
         if run.status != 1:
             break
@@ -213,10 +212,8 @@ def test_an_unstable_body_lifts_off_and_says_when() -> None:
         return with_friction(clock, y, 'smooth')[2]
 
     lifts.terminal = True
-    run = solve_ivp(
-        lambda _, y: [y[2], y[3], *with_friction(clock, y, 'smooth')[:2]], (0.0, 3.0),
-        [0.0, 0.01, 0.0, 0.0], 'DOP853', rtol=1e-12, events=lifts,
-    )  # fmt: skip
+    law, start = law_of(clock, 'smooth')
+    run = solve_ivp(law, (0.0, 3.0), start, events=lifts, **EXACT)
     assert found.ends_s == pytest.approx(run.t[-1], abs=0.01)
     assert 'lifted off' in found.ends_why
     assert len(found.time_s) == math.floor(run.t[-1] / 0.1) + 1
@@ -234,19 +231,11 @@ REGULATOR: dict[str, Any] = {
     'gyration_radius': 0.15,
     'release_tilt': 0.3,
 }
-ROLL = {'kind': 'components', 'components': [{'amplitude': 0.1, 'period': 7.0}], 'height': 3.0}
+ROLL = rolling((0.1, 7.0), height=3.0)
 
 
 def scene_of(duration: float = 10.0, ship: Any = None, **changes: Any) -> Any:
-    content = {
-        'name': 'test',
-        'duration': duration,
-        'regulator': REGULATOR | changes,
-        'ship': ship or {'kind': 'still'},
-        'log': {'interval': 0.1},
-        'drift': {'observation_interval': duration},
-    }
-    return parse_scene(yaml.safe_dump(content), 'test')
+    return regulator_scene(REGULATOR | changes, duration, 0.1, ship)
 
 
 def sailed(scene: Any, chunks: int = 1) -> dict[str, Any]:
@@ -307,10 +296,8 @@ def test_at_sea_it_is_the_body_on_a_support_that_rolls(changes: dict[str, Any]) 
         found = forces(clock.body, AxleState(*y), support(t), clock.touch)
         return [y[2], y[3], float(found.arc_acceleration), float(found.tilt_acceleration)]
 
-    run = solve_ivp(
-        law, (0.0, 6.0), first, 'DOP853', rtol=1e-12, atol=1e-14, max_step=0.02,
-        t_eval=0.1 * np.arange(61),
-    )  # fmt: skip
+    times = 0.1 * np.arange(61)
+    run = solve_ivp(law, (0.0, 6.0), first, t_eval=times, max_step=0.02, **EXACT)
     rho = np.array([float(np.asarray(support(t).turn)) for t in run.t])
     np.testing.assert_allclose(said['tilt'], run.y[1] - rho, atol=2e-9)
 

@@ -3,32 +3,28 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
-from motion_cases import FORCE, INERTIA, LEVER, LEVER_RATE, arc, foretold, impulse, run, scene_of
+from motion_cases import (
+    FORCE,
+    INERTIA,
+    LEVER,
+    LEVER_RATE,
+    SWINGS,
+    arc,
+    foretold,
+    impulse,
+    released_steady,
+    run,
+    scene_of,
+)
 
 from tauto_core.machines import compile_machine
 from tauto_core.machines.compiling import amplitude_of, recoil_energy, swing_energy
 from tauto_core.samples import JOINT_STATES, PHASE
-from tauto_core.scene import Scene
 
 STIFFNESS = FORCE * LEVER_RATE
-SWINGS = 20
-
-
-def released_steady(period: float, amplitude: float, **sections: Any) -> Scene:
-    """Return a clock released in its steady swing, logged once a swing, to the nanosecond."""
-    interval = round(period, 9)
-    trochlea = {**sections.pop('trochlea', {}), 'release_angle': amplitude}
-    return scene_of(
-        trochlea=trochlea,
-        log={'interval': interval},
-        duration=round(SWINGS * interval, 9),
-        drift={'observation_interval': round(SWINGS * interval, 9)},
-        **sections,
-    )
 
 
 CHEEK = {'cam': arc(0.02, LEVER_RATE), 'thread': {'kind': 'vertical'}}
@@ -42,7 +38,7 @@ def test_a_clock_released_in_its_steady_swing_repeats_it(trochlea, drag, energy,
     """At quality factors of 10 to 30."""
     sections = {'drag': drag, 'escapement': impulse(energy, angle)}
     found = foretold(scene_of(trochlea=trochlea, **sections))
-    scene = released_steady(found.period, found.amplitude, trochlea=trochlea, **sections)
+    scene = released_steady(found, trochlea=trochlea, **sections)
     joints = run(scene)[JOINT_STATES]
     # the log is up to half a nanosecond a swing off the turning point
     late = SWINGS * abs(found.period - round(found.period, 9))
@@ -63,7 +59,7 @@ def test_sullys_lever_settles_where_it_is_foretold():
             'escapement': impulse(part * 1e-3, 0.3, recoil=part * 1e-3),
         }
         found = foretold(scene_of(trochlea=LEVER, **sections))
-        scene = released_steady(found.period, found.amplitude, trochlea=LEVER, **sections)
+        scene = released_steady(found, trochlea=LEVER, **sections)
         said, machine = run(scene), compile_machine(scene)
         turned = np.diff(said[PHASE].position[-2:, 0])[0] / math.tau
         assert turned == pytest.approx(1.0, abs=2e-7)

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 import random
 import sys
+from dataclasses import replace
 
 import mpmath
 import numpy as np
 import pytest
-from motion_cases import FORCE, INERTIA, LEVER_RATE, OMEGA, rolling, scene_of, spans_to
+from motion_cases import FORCE, INERTIA, LEVER_RATE, OMEGA, on_land, rolling, scene_of, spans_to
 
 from tauto_core.clockwork import TrochleaStage
 from tauto_core.machines import compile_machine
@@ -65,16 +66,7 @@ def released_into(spans, angle, viscous):
     drag = {'viscous': viscous} if viscous else None
     machine = compile_machine(scene_of(trochlea={'release_angle': angle}, drag=drag))
     engine = ForcedHarmonic(machine)
-    engine.release(
-        Forcing(
-            np.ones(1),
-            np.zeros(1),
-            np.ones(1),
-            np.ones(1, np.int64),
-            np.ones(1, np.bool_),
-            neutral=np.array([[line(0.0), line(0.0, 1)]]),
-        )
-    )
+    engine.release(replace(on_land(1, 1.0), neutral=np.array([[line(0.0), line(0.0, 1)]])))
     return engine.advance(spans)
 
 

@@ -5,8 +5,7 @@ from decimal import Decimal, getcontext
 
 import numpy as np
 import pytest
-import yaml
-from motion_cases import spans_to
+from motion_cases import regulator_scene, spans_to
 from scipy.integrate import solve_ivp
 
 from tauto_core.clockwork import TrochleaStage
@@ -15,7 +14,6 @@ from tauto_core.machines.fluid_pendulum import duration_excess, end_arc
 from tauto_core.motion import make_propagator, propagator_name
 from tauto_core.motion.fluid import HalfSwings, HalfSwingTable
 from tauto_core.samples import JOINT_STATES, PHASE, READING
-from tauto_core.scene import parse_scene
 from tauto_core.scene.errors import PropagationError
 from tauto_core.ship import ShipMotion
 
@@ -54,14 +52,7 @@ REGULATOR = {
 
 
 def scene_of(duration=30.0, log=0.05, **changes):
-    content = {
-        'name': 'test',
-        'duration': duration,
-        'regulator': REGULATOR | changes,
-        'log': {'interval': log},
-        'drift': {'observation_interval': duration},
-    }
-    return parse_scene(yaml.safe_dump(content), 'test')
+    return regulator_scene(REGULATOR | changes, duration, log)
 
 
 def integrated(machine, times):

@@ -174,7 +174,7 @@ def test_the_range_ends_where_the_points_do() -> None:
 
 
 def test_it_is_drawn_as_it_rests() -> None:
-    """The spring is at the lever's end, AD from the fulcrum, at the inclination."""
+    """Spring or arrow are at the lever's end, AD from the fulcrum, at the inclination."""
     parts = {part.name: part for part in draw_machine(scene(TIED | UP, SPRING)).parts}
     lever = parts['lever']
     across, up = lever.x[-1] - lever.x[0], lever.y[-1] - lever.y[0]
@@ -184,6 +184,9 @@ def test_it_is_drawn_as_it_rests() -> None:
     thread = parts['thread']
     # the thread ends at B, two thirds along the lever
     assert thread.y[-1] == pytest.approx(lever.y[0] + 100.0 * math.sin(0.4))
+    pulled = {part.name: part for part in draw_machine(scene(ARC, CONSTANT)).parts}
+    assert 'weight' not in pulled
+    assert float(np.median(pulled['pull'].x)) == pytest.approx(50.0)
 
 
 def test_heat_weakens_its_spring() -> None:
@@ -214,13 +217,6 @@ def test_a_budget_changes_its_force() -> None:
     assert larger.force == machine.force
     more = larger.weight_torque / machine.weight_torque - 1.0
     assert more == pytest.approx(1e-5 / 0.02, rel=0.1)
-
-
-def test_it_is_drawn_with_an_arrow_at_the_end_of_the_lever() -> None:
-    parts = draw_machine(scene(ARC, CONSTANT)).parts
-    (pull,) = (part for part in parts if part.name == 'pull')
-    assert not [part for part in parts if part.name == 'weight']
-    assert float(np.median(pull.x)) == pytest.approx(50.0)
 
 
 @pytest.mark.parametrize(

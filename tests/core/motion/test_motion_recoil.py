@@ -12,9 +12,11 @@ from motion_cases import (
     FORCE,
     LEVER_RATE,
     OMEGA,
+    SWINGS,
     angles,
     foretold,
     impulse,
+    released_steady,
     rolling,
     run,
     scene_of,
@@ -89,17 +91,10 @@ def test_recoil_gains_as_its_describing_function_says(energy, angle):
         sections = {'escapement': impulse(given, angle, recoil=recoil, friction=friction)}
         swing = foretold(scene_of(**sections))
         assert swing.amplitude == pytest.approx(1.0, abs=1e-12)
-        interval = round(swing.period, 9)
-        scene = scene_of(
-            duration=round(20 * interval, 9),
-            log={'interval': interval},
-            drift={'observation_interval': round(20 * interval, 9)},
-            **sections,
-        )
-        joints = run(scene)[JOINT_STATES]
+        joints = run(released_steady(swing, **sections))[JOINT_STATES]
         np.testing.assert_allclose(joints.position[:, 0], 1.0, rtol=0, atol=1e-12)
         # the log is up to half a nanosecond a swing off the turning point
-        late = 20.0 * abs(swing.period - interval)
+        late = SWINGS * abs(swing.period - round(swing.period, 9))
         bend = OMEGA**2 * (1.0 + (recoil + friction) / STIFFNESS)
         np.testing.assert_allclose(joints.velocity[:, 0], 0.0, rtol=0, atol=bend * late + 1e-11)
         inner = math.sqrt(1.0 - angle * angle)

@@ -7,13 +7,24 @@ lever and swinging thread in test_motion_real_threads, the case in test_motion_a
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
-from itertools import pairwise
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import pytest
-from motion_cases import SEA, TIED, arc, impulse, on_land, sampled, scene_of, weight_of
+from motion_cases import (
+    SEA,
+    TIED,
+    arc,
+    assert_same_bits,
+    impulse,
+    moved,
+    moved_in_chunks,
+    on_land,
+    sampled,
+    scene_of,
+    weight_of,
+)
 from thread_references import HELD
 
 from tauto_core.machines import compile_machine
@@ -43,26 +54,14 @@ CASE = 0.015, 0.1, 0.05, 9.80665
 
 def machine(name: str, release: float = 1.0, **more: Any) -> Any:
     trochlea, sections = CLOCKS.get(name, (name, {}))
-    moved = {**TROCHLEAS.get(trochlea, UNBALANCED), 'release_angle': release}
-    return compile_machine(scene_of(trochlea=moved, **{**sections, **more}))
+    wheel = {**TROCHLEAS.get(trochlea, UNBALANCED), 'release_angle': release}
+    return compile_machine(scene_of(trochlea=wheel, **{**sections, **more}))
 
 
-def at_sea(moved: Any, duration_s: float, interval_s: float, rate: float = 20.0) -> Forcing:
+def at_sea(felt_by: Any, duration_s: float, interval_s: float, rate: float = 20.0) -> Forcing:
     """The ship's motion as a machine feels it."""
     scene = scene_of(ship={**SEA, 'rate': rate}, duration=duration_s, log={'interval': interval_s})
-    return sampled(scene, moved)
-
-
-def part(whole: Any, begin: int, end: int) -> Any:
-    """Spans, or pieces, from one to another."""
-    given = {field.name: getattr(whole, field.name) for field in fields(whole)}
-    cut = {name: None if each is None else each[begin:end] for name, each in given.items()}
-    return type(whole)(**cut)
-
-
-def columns(motion: Any) -> np.ndarray:
-    values = motion[:6] if isinstance(motion, tuple) else vars(motion).values()
-    return np.array([np.asarray(each, float) for each in values])
+    return sampled(scene, felt_by)
 
 
 def bearing(count: int, step_ns: int) -> BearingMotion:
@@ -78,20 +77,12 @@ def bearing(count: int, step_ns: int) -> BearingMotion:
 @pytest.mark.parametrize('name', CLOCKS)
 def test_a_run_in_chunks_each_restored_anew_has_the_same_bits(name):
     """The sea moves the wheel more than its own swing."""
-    moved = machine(name, 0.02)
-    forcing = at_sea(moved, 12.0, 0.5)
-    whole = make_collocation(moved)
-    started = columns(whole.release(forcing))
-    swung = columns(whole.advance(forcing))
-    first = make_collocation(moved)
-    assert columns(first.release(forcing)).tobytes() == started.tobytes()
-    state, found = first.state(), []
-    for begin, end in pairwise([0, 1, 2, 9, 10, 61, len(forcing.end)]):
-        later = make_collocation(moved)
-        later.restore(state)
-        found.append(columns(later.advance(part(forcing, begin, end))))
-        state = later.state()
-    assert np.concatenate(found, axis=1).tobytes() == swung.tobytes()
+    swinging = machine(name, 0.02)
+    forcing = at_sea(swinging, 12.0, 0.5)
+    whole = moved(make_collocation(swinging), forcing)
+    for spans in (1, 9):
+        parts = moved_in_chunks(lambda: make_collocation(swinging), forcing, spans)
+        assert_same_bits(parts, whole)
 
 
 # Reversal: all of these keep their energy, so that the way back is the way there
@@ -133,10 +124,10 @@ def conservative(name: str) -> Reversible:
         case = AxleSwing(*CASE)
         case.release(-CASE[3] * math.tan(0.4), CASE[3])
         return Reversible(case, max(case._omega))
-    moved = machine(name)
-    engine = make_collocation(moved)
+    swinging = machine(name)
+    engine = make_collocation(swinging)
     engine.release(on_land(1, 0.1))
-    return Reversible(engine, moved.frequency)
+    return Reversible(engine, swinging.frequency)
 
 
 @pytest.mark.parametrize('name', [*TROCHLEAS, 'case'])
@@ -169,12 +160,12 @@ def swung(name: str, angle: float, count: int) -> np.ndarray:
         engine.advance(bearing(count, whole_ns // count))
     else:
         trochlea = HEAVY if name == 'heavy wheel' else TROCHLEAS[name]
-        moved = compile_machine(scene_of(trochlea=trochlea))
-        engine = make_collocation(moved, 1.0)
+        swinging = compile_machine(scene_of(trochlea=trochlea))
+        engine = make_collocation(swinging, 1.0)
         engine._tolerance = engine._tolerance._replace(settled=LEAST_SETTLED)
         engine.longest_step_s = math.inf
         engine.release(on_land(1, 0.1))
-        swing = Reversible(engine, moved.frequency)
+        swing = Reversible(engine, swinging.frequency)
         # away from the release, about which the error would be symmetric
         swing.step(1, 0.3)
         swing.step(count, angle)
@@ -200,11 +191,11 @@ def test_half_the_step_errs_by_two_to_the_minus_sixteen(name, angle, count):
 @pytest.mark.parametrize('release', [-0.05, 0.005])
 def test_long_steps_count_the_signs_of_a_fine_log(name, release):
     """From swings that outweigh the sea to ones that it outweighs thirtyfold."""
-    moved = machine(name, release)
+    swinging = machine(name, release)
     runs = {}
     for interval_s in (0.02, 2.0):
-        forcing = at_sea(moved, 14.0, interval_s, rate=50.0)
-        engine = make_collocation(moved)
+        forcing = at_sea(swinging, 14.0, interval_s, rate=50.0)
+        engine = make_collocation(swinging)
         begun = engine.release(forcing)
         runs[interval_s] = begun, engine.advance(forcing)
     (begun, fine), (_, coarse) = runs.values()

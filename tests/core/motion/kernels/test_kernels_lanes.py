@@ -8,7 +8,7 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from tauto_core.kernels import compiled, entry
+from tauto_core.kernels import entry
 from tauto_core.motion.lanes import (
     SIZE,
     WIDE_SIZE,
@@ -40,9 +40,10 @@ OPERATORS = {
 }
 
 
-@compiled
-def _operate(rows, x, n, out):
+@entry
+def operate(record, x, n):
     """Every operator of rows 0 and 1 with each other, the float x and the integer n."""
+    rows, out = record.rows, record.out
     a, b = row_of(rows, 0), row_of(rows, 1)
     store(out, 0, a + b)
     store(out, 1, a + x)
@@ -67,9 +68,10 @@ def _operate(rows, x, n, out):
     store(out, 20, -a)
 
 
-@compiled
-def _rearrange(rows, x, i, out, numbers):
+@entry
+def rearrange(record, x, i, numbers):
     """Everything but operators. Floats go to `numbers`."""
+    rows, out = record.rows, record.out
     a, b, c = row_of(rows, 0), row_of(rows, 1), row_of(rows, 2)
     store(out, i, c)
     store(out, 16, filled(a, x))
@@ -91,18 +93,20 @@ def _rearrange(rows, x, i, out, numbers):
     numbers[4] = fma(numbers[5], numbers[6], numbers[7])
 
 
-@compiled
-def _fold(rows, out):
+@entry
+def fold(record):
     """Rows of a matrix, then two of weights, then room for two more."""
+    rows, out = record.rows, record.out
     many = width(rows) // 2 + 1
     both = folded_both(rows, 0, many + 2, row_of(rows, many), row_of(rows, many + 1))
     store(out, 0, both[0])
     store(out, 1, both[1])
 
 
-@compiled
-def _tell(rows, numbers, counts):
+@entry
+def tell(record, numbers, counts):
     """Functions of lanes with integer results."""
+    rows = record.rows
     counts[0] = negative(row_of(rows, 0))
     counts[1] = ones(counts[0])
     counts[2] = width(rows)
@@ -111,69 +115,19 @@ def _tell(rows, numbers, counts):
 
 
 @entry
-def operate(rows, x, n, out):
-    _operate(rows, x, n, out)
-
-
-@entry
-def operate_wide(record, x, n):
-    _operate(record.rows, x, n, record.out)
-
-
-@entry
-def rearrange(rows, x, i, out, numbers):
-    _rearrange(rows, x, i, out, numbers)
-
-
-@entry
-def fold(rows, out):
-    _fold(rows, out)
-
-
-@entry
-def fold_wide(record):
-    _fold(record.rows, record.out)
-
-
-@entry
-def rearrange_wide(record, x, i, numbers):
-    _rearrange(record.rows, x, i, record.out, numbers)
-
-
-@entry
-def tell(rows, numbers, counts):
-    _tell(rows.reshape(-1), numbers, counts)
-
-
-@entry
-def tell_wide(record, numbers, counts):
-    _tell(record.rows, numbers, counts)
-
-
-@entry
 def fill_eight(x, out):
     store(out, 0, splat(x))
     store(out, 1, row_of(out) + 1.0)
 
 
-def of_record(kernel, out_at):
-    """The kernel with its rows and its output as fields of a record."""
-
-    def call(rows, *args):
-        rest = list(args)
-        out = rest.pop(out_at) if out_at is not None else np.empty((1, rows.shape[1]))
-        record = np.zeros((), [('rows', 'f8', rows.shape), ('out', 'f8', out.shape)])
-        record['rows'], record['out'] = rows, out
-        kernel(record, *rest)
-        rows[:], out[:] = record['rows'], record['out']
-
-    return call
+def record_of(rows, count):
+    """A record of rows and of so many rows of output."""
+    shapes = [('rows', 'f8', rows.shape), ('out', 'f8', (count, rows.shape[1]))]
+    record = np.zeros((), shapes)
+    record['rows'], record['out'] = rows, 7.0
+    return record
 
 
-OPERATE = {SIZE: operate, WIDE_SIZE: of_record(operate_wide, 2)}
-REARRANGE = {SIZE: rearrange, WIDE_SIZE: of_record(rearrange_wide, 2)}
-FOLD = {SIZE: fold, WIDE_SIZE: of_record(fold_wide, 0)}
-TELL = {SIZE: tell, WIDE_SIZE: of_record(tell_wide, None)}
 WIDTHS = pytest.mark.parametrize('n', [SIZE, WIDE_SIZE])
 
 
@@ -209,8 +163,8 @@ SPECIAL = np.array(
 )
 def test_operators_give_the_bits_of_numpy(rows, x, whole, n):
     rows = np.ascontiguousarray(rows[:, :n])
-    out = np.full((21, n), 7.0)
-    OPERATE[n](rows, x, whole, out)
+    record = record_of(rows, 21)
+    operate(record, x, whole)
     a, b = rows
     with np.errstate(all='ignore'):
         wanted = [
@@ -218,7 +172,7 @@ def test_operators_give_the_bits_of_numpy(rows, x, whole, n):
             for do in OPERATORS.values()
             for pair in ((a, b), (a, x), (x, a), (a, float(whole)), (float(whole), a))
         ]
-    for found, exact in zip(out, [*wanted, -a], strict=True):
+    for found, exact in zip(record['out'], [*wanted, -a], strict=True):
         same_bits(found, exact)
 
 
@@ -234,9 +188,9 @@ def folded(values):
 )
 def test_what_moves_lanes_moves_the_right_ones(i, n):
     rows = numbers_of_all_sizes(i, (n, n))
-    out, numbers = np.full((27, n), 7.0), np.zeros(8)
-    x = 1.0 / 3.0
-    REARRANGE[n](rows, x, i, out, numbers)
+    record, numbers, x = record_of(rows, 27), np.zeros(8), 1.0 / 3.0
+    rearrange(record, x, i, numbers)
+    out = record['out']
     a, b, c = rows[:3]
     same_bits(out[i], c)
     untouched = np.arange(16) != i
@@ -252,8 +206,9 @@ def test_what_moves_lanes_moves_the_right_ones(i, n):
 def test_rows_are_combined_in_four_sums(n):
     """Term j goes to sum j mod 4, rounded once. Sums 0 and 1, and 2 and 3, are added first."""
     rows = np.random.default_rng(n).standard_normal((n, n))
-    out, numbers = np.zeros((27, n)), np.zeros(8)
-    REARRANGE[n](rows, 0.5, 0, out, numbers)
+    record = record_of(rows, 27)
+    rearrange(record, 0.5, 0, np.zeros(8))
+    out = record['out']
 
     def combination(weights, lane):
         sums = [0.0] * 4
@@ -273,8 +228,8 @@ def test_folded_rows_are_combined_as_if_unfolded(n):
     h = n // 2
     rows = np.random.default_rng(n).standard_normal((h + 5, n))
     rows[h, h:] = rows[h, :h]
-    given, out = [[Fraction(x) for x in row] for row in rows], np.zeros((2, n))
-    FOLD[n](rows, out)
+    given, record = [[Fraction(x) for x in row] for row in rows], record_of(rows, 2)
+    fold(record)
     whole = {}
     for j in range(h):
         p, q, shared = given[j][:h], given[j][h:], given[h][j]
@@ -282,7 +237,7 @@ def test_folded_rows_are_combined_as_if_unfolded(n):
             for i in range(h):
                 whole[row, i] = shared + p[i] + sign * q[i]
                 whole[row, n - 1 - i] = shared - p[i] + sign * q[i]
-    for weights, found in zip(given[h + 1 : h + 3], out, strict=True):
+    for weights, found in zip(given[h + 1 : h + 3], record['out'], strict=True):
         for i in range(n):
             terms = [weights[j] * whole[j, i] for j in range(n)]
             size = sum(abs(weight) for weight in weights) * max(map(abs, rows.flat))
@@ -312,9 +267,10 @@ def fused_rows(case, n):
 def test_fma_rounds_once(case, n):
     rows = fused_rows(case, n)
     x = float(rows[0, 3]) * 1.1
-    out, numbers = np.zeros((27, n)), np.zeros(8)
+    record, numbers = record_of(rows, 27), np.zeros(8)
     numbers[5:] = rows[:3, 5]
-    REARRANGE[n](rows, x, 0, out, numbers)
+    rearrange(record, x, 0, numbers)
+    out = record['out']
     a, b, c = rows[:3].tolist()
     xs = [x] * n
     same_bits(out[19], list(map(rounded, a, b, c)))
@@ -331,15 +287,15 @@ def test_fma_rounds_once(case, n):
 def test_bits_tell_which_lanes_are_negative(row, n):
     """−0.0 and NaN are not negative. Lane 0 has the lowest bit."""
     row = np.concatenate([row, -row])[:n]
-    rows, numbers, counts = np.array([row, row + 100.0]), np.zeros(1), np.zeros(3, np.int64)
-    before = rows[1, 1]
-    TELL[n](rows, numbers, counts)
+    record, numbers = record_of(np.array([row, row + 100.0]), 1), np.zeros(1)
+    counts, before = np.zeros(3, np.int64), record['rows'][1, 1]
+    tell(record, numbers, counts)
     below = row < 0.0
     assert counts[0] == sum(1 << i for i in range(n) if below[i])
     assert counts[1] == np.count_nonzero(below)
     assert counts[2] == n
     same_bits(numbers[0], before)
-    same_bits(rows[1], row + 1.0)
+    same_bits(record['rows'][1], row + 1.0)
 
 
 def test_a_row_can_be_filled_and_loaded_again():

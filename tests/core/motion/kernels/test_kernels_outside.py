@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from motion_cases import scene_of
+from motion_cases import on_land, scene_of
 from numpy.polynomial import Polynomial
 
 from tauto_core.kernels import entry
 from tauto_core.machines import compile_machine
-from tauto_core.motion import Forcing
 from tauto_core.motion.collocation import Collocation
 from tauto_core.motion.gauss_step import MOST_POWERS, make_work
 from tauto_core.motion.system import ForcingPieces, outside_at, set_piece
@@ -77,15 +78,7 @@ def test_polynomials_longer_than_of_ship_motion_are_refused():
     ]
     assert max(widths) <= MOST_POWERS
     machine = compile_machine(scene_of())
-    whole = Forcing(
-        length_s=np.ones(1),
-        begin=np.zeros(1),
-        end=np.ones(1),
-        end_ns=np.array([10**9]),
-        logged=np.ones(1, bool),
-        neutral=np.zeros((1, MOST_POWERS + 1)),
-    )
-    with pytest.raises(
-        ValueError, match=rf'neutral has {MOST_POWERS + 1} powers of x, at most {MOST_POWERS}'
-    ):
+    whole = replace(on_land(1, 1.0), neutral=np.zeros((1, MOST_POWERS + 1)))
+    words = rf'neutral has {MOST_POWERS + 1} powers of x, at most {MOST_POWERS}'
+    with pytest.raises(ValueError, match=words):
         Collocation(machine).advance(whole)
