@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from functools import lru_cache, partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from unittest.mock import patch
 
 import numpy as np
@@ -607,7 +607,7 @@ def _of_one_degree(
 ) -> FloatArray:
     names = ['neutral'] + ['tilt'] * machine.follows_apparent_vertical
     names += ['gravity'] * machine.feels_gravity
-    channels = {name: np.zeros((len(times), 1)) for name in names}
+    channels: dict[str, Any] = {name: np.zeros((len(times), 1)) for name in names}
     forcing = replace(spans_to(np.round(times * 1e9)), **channels)
     motion = moved(_ExactReference(machine, felt), forcing)
     return math.pi * (motion.half_turns % 2 + motion.fraction)
