@@ -100,8 +100,8 @@ def test_series_and_rotations_are_good_to_few_roundings():
         lanes[:, 8 * k : 8 * k + 8] = part
     np.testing.assert_array_equal(lanes.T, floats)
     with mpmath.workdps(40):
-        for angle, row in zip(angles.tolist(), floats.tolist(), strict=True):
-            (sine, versine, cosine_2, sine_2), exact = row, mpmath.mpf(angle)
+        for angle, found in zip(angles.tolist(), floats.tolist(), strict=True):
+            (sine, versine, cosine_2, sine_2), exact = found, mpmath.mpf(angle)
             short = 2 * mpmath.sin(exact / 2) ** 2
             assert abs(sine - mpmath.sin(exact)) < 5e-16
             assert abs(versine - short) <= 1e-15 * short

@@ -105,7 +105,8 @@ def test_stages_and_instants_obey_the_printed_equation(name):
     work, out = make_work(1, WHEEL_NODES), np.empty((SIZE, 8))
     mu = machine.carried_mass / machine.inertia
     for _ in range(20):
-        line, tilt, _ = at = channels(random, machine)
+        at = channels(random, machine)
+        line, tilt = at.drive, at.tilt
         mode = Mode(*random.choice([-1.0, 1.0], 3))
         q = np.abs(random.uniform(0.02, 1.2, SIZE))
         # a kinked cam is continued from the side that is felt; the plain law is that of this side
@@ -143,7 +144,8 @@ def test_the_holding_torque_keeps_a_wheel_at_rest_in_the_case(name):
     wheel, _ = system_of(machine)
     random = np.random.default_rng(6)
     for _ in range(20):
-        _, tilt, _ = at = channels(random, machine)
+        at = channels(random, machine)
+        tilt = at.tilt
         side, pallet = random.choice([-1.0, 1.0], 2)
         q = side * random.uniform(0.02, 1.2)
         mode = Mode(side, 0.0, pallet)
