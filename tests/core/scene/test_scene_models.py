@@ -67,12 +67,6 @@ def test_a_scene_without_a_solver_is_written_without_one() -> None:
     assert 'solver' not in scene_yaml(scene)
 
 
-def test_a_still_ship_steps_with_the_log() -> None:
-    scene = parse_scene(SHORTEST + 'log: {interval: 2.5}\ndrift: {observation_interval: 5}', 's')
-    assert scene.step_ns == scene.log_interval_ns == 2_500_000_000
-    assert scene.samples == scene.log_count == 5
-
-
 def test_a_moving_ship_steps_with_its_rate() -> None:
     scene = parse_scene(
         SHORTEST

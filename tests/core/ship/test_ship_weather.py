@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tauto_core.scene import Scene, load_scene, parse_scene, scene_yaml
+from tauto_core.scene import Scene, load_scene
 from tauto_core.ship import Passage, ShipMotion, bag_metadata
 from tauto_core.ship.weathers import seas_at_once
 
@@ -96,11 +96,6 @@ def test_bag_has_the_weather():
         for numbers in ((0.0, 0.0, None, None, None), (3600.0, 2.5, 9.0, 2.0, 3.0))
     ]
     assert ShipMotion(scene).metadata['states'] == told['weather.states']
-
-
-def test_the_scene_of_a_bag_is_the_same_scene():
-    scene = scene_of({'at': 0.0, **CALM}, {'at': 3600.0, **HIGH, 'spectrum': 'jonswap'})
-    assert parse_scene(scene_yaml(scene), 'bag') == scene
 
 
 @pytest.mark.parametrize(
