@@ -108,13 +108,6 @@ def test_far_hole_keeps_its_digits(a, phi):
     np.testing.assert_allclose(cam.contact(phi), expected[3:], rtol=1e-14, atol=4e-16)
 
 
-def test_no_hole_is_the_limit_of_a_far_one():
-    angle = np.linspace(-5.0, 5.0, 11)
-    np.testing.assert_allclose(
-        Hole(0.01, 1e20).contact(angle), Involute(0.01).contact(angle), rtol=1e-15, atol=1e-19
-    )
-
-
 def test_circular_cheek_is_a_circle():
     radius, depth = 0.02, 0.01
     cam = CircularArc(radius, depth)

@@ -58,17 +58,6 @@ def test_kernel_form(tmp_path):
         assert cam.lift(angle) == pytest.approx(law.lifts[k] + rise, rel=1e-14)
 
 
-def test_straight_table_through_a_hole_is_eulers_cam(tmp_path):
-    table = sampled(tmp_path / 'cam.csv', lambda angle: 0.01 * angle, 7.5, 16, distance=0.08)
-    hole, angle = Hole(0.01, 0.08), np.linspace(-7.5, 7.5, 31)
-    for method in ('psi', 'p', 'contact'):
-        expected = getattr(hole, method)(angle)
-        np.testing.assert_allclose(getattr(table, method)(angle), expected, rtol=1e-11, atol=1e-17)
-    np.testing.assert_allclose(
-        table.radius_of_curvature(angle), hole.radius_of_curvature(angle), atol=1e-12
-    )
-
-
 GOOD = ['angle_rad,lever_arm_m', '0,0', '0.1,1', '0.2,2', '0.3,3', '0.4,4', '0.5,5']
 
 

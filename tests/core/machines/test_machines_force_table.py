@@ -31,12 +31,6 @@ def condensed(lift: Any) -> Any:
     return AREA * (at_rest * 0.08 / (0.08 - lift) - OUTSIDE)
 
 
-def condensed_energy(lift: Any) -> Any:
-    """Its integral from 0."""
-    at_rest = OUTSIDE + 3.2 / AREA
-    return AREA * (-at_rest * 0.08 * np.log1p(-lift / 0.08) - OUTSIDE * lift)
-
-
 def rarefied(lift: Any) -> Any:
     """Air drawn thin: 3 cm of it at rest, at half of the pressure outside."""
     return AREA * OUTSIDE * (1.0 - 0.5 * 0.03 / (0.03 + lift))
@@ -107,20 +101,6 @@ def period(law: Any, arm: Any, amplitude: float, end_s: float = 2.0) -> float:
 
 # -----------------------------------------------------------------------------
 # The force and its energy.
-
-
-def test_the_energy_of_condensed_air_is_boyles() -> None:
-    found = machine(table(condensed, 81))
-    angle = np.linspace(0.1, 2.8, 12)
-    wanted = condensed_energy(0.5 * 0.005 * angle**2)
-    np.testing.assert_allclose(found.potential(angle), wanted, rtol=1e-9)
-    torque = condensed(0.5 * 0.005 * angle**2) * 0.005 * angle
-    pulled = found.pull(0.0) * found.cam.lever_arm(angle)
-    np.testing.assert_allclose(pulled, torque, rtol=1e-8)
-    # the energy of the spline itself is exact: its derivative by differences is the torque
-    step = 1e-4
-    slope = (found.potential(angle + step) - found.potential(angle - step)) / (2.0 * step)
-    np.testing.assert_allclose(slope, pulled, rtol=2e-7)
 
 
 def test_its_laws_derivatives_are_those_of_the_lever_arm() -> None:

@@ -166,17 +166,3 @@ def test_a_start_that_would_leave_the_other_branch_is_refused() -> None:
     joined = JoinedCurve(FluidTautochrone(0.1, 0.9, 1.0), FluidTautochrone(0.1, 0.9, 0.1), 1.0)
     with pytest.raises(DescentError, match='beyond the end of the other branch'):
         BothWays(joined, G, 0.0, 0.8)
-
-
-def test_the_place_within_a_half_swing_follows_its_time() -> None:
-    curve = joined_companion(GIVEN['circle'], 'descent', 1.0)
-    ways = BothWays(curve, G, 0.0, 0.8)
-    times = np.linspace(0.0, ways.course(0.6).duration, 40)
-    arc, rate = ways.place(np.full(40, 0.6), times)
-    run = solve_ivp(
-        lambda _, y: [y[1], -GAMMA * G * float(curve.slope(y[0])) + KAPPA * y[1] ** 2],
-        (0.0, times[-1]), [0.6, 0.0], 'DOP853', rtol=1e-13, atol=1e-15, t_eval=times,
-        max_step=0.01,
-    )  # fmt: skip
-    np.testing.assert_allclose(arc, run.y[0], atol=1e-11)
-    np.testing.assert_allclose(rate, run.y[1], atol=1e-10)

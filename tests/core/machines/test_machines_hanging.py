@@ -3,7 +3,6 @@
 import math
 from dataclasses import replace
 
-import mpmath
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -28,24 +27,6 @@ def test_small_swings_are_the_modes():
         bends = MACHINE.accelerations(psi, delta, 0.0, 0.0)
         for bend, angle in zip(bends, (psi, delta), strict=True):
             assert bend == pytest.approx(-MACHINE.gravity / length * angle, rel=3.0 * size**2 * 9)
-
-
-def test_a_long_thread_is_the_ideal_vertical_one():
-    """b' = (k²/c)(1 − c/e + O(e⁻²)): the relative frequency departs by r/(2l)."""
-    ideal = math.sqrt(0.05 * 9.81 * 0.02 / 4e-4)
-    before = math.inf
-    for length in (10.0, 100.0, 1e3, 1e4):
-        machine = replace(MACHINE, length=length)
-        departure = machine.frequency / ideal - 1.0
-        assert departure == pytest.approx(0.5 * 0.02 / length, rel=1.5 / length)
-        assert machine.thread_frequency == pytest.approx(math.sqrt(9.81 / length), rel=0.01)
-        assert 0.0 < departure < before
-        before = departure
-        # and it departs from isochronism like a weight that only rises, ε = m r²A²/I
-        ratio = machine.period(1.0) / machine.small_period
-        with mpmath.workdps(30):
-            rises = float(2 / mpmath.pi * mpmath.ellipe(-mpmath.mpf('0.05')))
-        assert ratio == pytest.approx(rises, abs=5e-3 / length)
 
 
 def to_the_middle(machine, amplitude, delta):
