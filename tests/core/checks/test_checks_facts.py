@@ -1,14 +1,10 @@
 """The facts of `tauto scene check`: what would run and why, and how a hanging link follows."""
 
-from __future__ import annotations
-
 import math
-from itertools import product
 from typing import Any
 
 import numpy as np
 import pytest
-import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -26,7 +22,6 @@ from tauto_core.machines.axle_pendulum import answers, modes
 from tauto_core.motion import propagator_name
 from tauto_core.scene import Scene, load_scene
 from tauto_core.scene.errors import ABSENT
-from tauto_core.scene.loader import parse_scene
 from tauto_core.scene.tables import data_path
 from tauto_core.scene.times import DAY_S
 from tauto_core.ship.coast import ends_of
@@ -35,19 +30,12 @@ RECOIL = {'kind': 'impulse', 'energy': 9e-5, 'rest': {'recoil': 1e-6}}
 
 
 @pytest.mark.parametrize(
-    ('name', 'still', 'drag', 'escapement'),
-    list(
-        product(
-            ('hanging_thread_at_sea', 'sully_lever_at_sea', 'involute_weight_at_sea'),
-            (False, True),
-            (ABSENT, {'viscous': 1e-5}),
-            (ABSENT, RECOIL),
-        )
-    ),
+    'name', ['hanging_thread_at_sea', 'sully_lever_at_sea', 'involute_weight_at_sea']
 )
-def test_a_reason_has_the_causes_of_its_scene_alone(
-    name: str, still: bool, drag: Any, escapement: Any
-) -> None:
+@pytest.mark.parametrize('still', [False, True])
+@pytest.mark.parametrize('drag', [ABSENT, {'viscous': 1e-5}])
+@pytest.mark.parametrize('escapement', [ABSENT, RECOIL])
+def test_a_reason_has_the_causes_of_its_scene_alone(name, still, drag, escapement):
     ship: dict[str, Any] = {'ship': {'kind': 'still'}} if still else {}
     scene = tauto.load(name, drag=drag, escapement=escapement, **ship)
     machine = compile_machine(scene)
@@ -83,9 +71,6 @@ def test_a_force_in_the_case_leaves_a_lever_to_the_roll() -> None:
     assert 'gravity' not in said
 
 
-# -----------------------------------------------------------------------------
-# Threads and cases that hang on the ship: response to the waves, and predicted resonances.
-
 G = 9.80665
 SIZES = st.floats(0.01, 10.0)
 
@@ -111,22 +96,13 @@ def test_in_resonance_the_answer_grows_with_the_duration():
     assert long == pytest.approx(10.0 * short, rel=1e-9)
 
 
-def hanging(length, **changes):
-    content = {
-        'name': 'test',
-        'duration': 3600.0,
-        'trochlea': {
-            'inertia': 4e-4,
-            'cam': {'kind': 'involute', 'base_radius': 0.005},
-            'thread': {'kind': 'hanging', 'length': length},
-            'power': {'kind': 'weight', 'mass': 0.322},
-            'release_angle': 0.5,
-        },
-        'ship': {'kind': 'components', 'components': [{'amplitude': 0.1, 'period': 9.0}]},
-        **changes,
-    }
-    scene = parse_scene(yaml.safe_dump(content), 'test')
+def hanging(length, **ship):
+    keys = {'trochlea.thread.length': length, 'trochlea.release_angle': 0.5}
+    scene = load_scene('hanging_thread_at_sea', ship=ship or ROLL, **keys)
     return scene, compile_machine(scene)
+
+
+ROLL = {'kind': 'components', 'components': [{'amplitude': 0.1, 'period': 9.0}]}
 
 
 @pytest.mark.parametrize(
@@ -154,51 +130,27 @@ def test_between_which_lengths_a_thread_is_fair():
 
 
 def test_where_no_wave_is_known_no_departure_is_told():
-    scene, machine = hanging(1.0, ship={'kind': 'still'})
+    scene, machine = hanging(1.0, kind='still')
     found = thread_following(scene, machine)
     assert (found.departure, found.departure_rad, found.resonates_with) == (None, None, ())
     assert thread(scene, machine)['fair_lengths_m'][1] is None
     assert case_following(scene, machine) is None
 
 
+RIPPLES = {
+    'kind': 'sea',
+    'heave': True,
+    'rate': 20.0,
+    'roll': {'natural_period': 11.0, 'damping_ratio': 0.3, 'slope_coefficient': 0.3},
+    'sea': {'spectrum': 'jonswap', 'significant_wave_height': 1.5, 'peak_period': 3.0},
+}
+"""Waves so short and steep that a cork falls away from a weight."""
+
+
 def in_ripples(power: dict[str, Any], clock: dict[str, Any] = {}, **ship: Any) -> Scene:  # noqa: B006
-    """A cork in waves so short and steep that it falls away from a weight, for two hours."""
-    return parse_scene(
-        yaml.safe_dump(
-            {
-                'name': 'ripples',
-                'duration': 7200.0,
-                'trochlea': {
-                    'inertia': 4e-4,
-                    'cam': {'kind': 'involute', 'base_radius': 0.02},
-                    'thread': {'kind': 'vertical'},
-                    'power': power,
-                    'release_angle': 1.0,
-                },
-                'ship': {
-                    'kind': 'sea',
-                    'heave': True,
-                    'height': 0.0,
-                    'rate': 20.0,
-                    'roll': {
-                        'natural_period': 11.0,
-                        'damping_ratio': 0.3,
-                        'slope_coefficient': 0.3,
-                    },
-                    'sea': {
-                        'spectrum': 'jonswap',
-                        'significant_wave_height': 1.5,
-                        'peak_period': 3.0,
-                    },
-                    **ship,
-                },
-                'log': {'interval': 10.0},
-                'solver': {'tolerance': 1e-9},
-                **clock,
-            }
-        ),
-        'ripples',
-    )
+    keys = {'log.interval': 10.0, 'solver.tolerance': 1e-9, 'seed': 0, 'ship': RIPPLES | ship}
+    keys |= {'trochlea.cam.base_radius': 0.02, 'trochlea.power': power, 'duration': 7200.0}
+    return load_scene('involute_weight_at_sea', **keys | clock)
 
 
 HIGHER = {'spectrum': 'jonswap', 'significant_wave_height': 1.8, 'peak_period': 3.0}
@@ -210,10 +162,7 @@ GOING = {
 
 
 def test_as_many_slack_threads_are_expected_as_are_counted():
-    """Within twice the scatter √N of so many independent events.
-
-    Without drag the sea would wind the wheel up, and count each fall twice.
-    """
+    """Within twice the scatter √N. Without drag the sea would wind the wheel up."""
     scene = in_ripples({'kind': 'weight', 'mass': 0.05}, clock=GOING, sea=HIGHER)
     found = slack_thread(scene)
     assert found is not None
@@ -249,9 +198,7 @@ def test_no_slack_is_reckoned_for_an_operator_without_heave(tmp_path):
     ('name', 'landfalls', 'at_sea'),
     [('boussole_pacific', 0, True), ('portsmouth_jamaica', 2, False)],
 )
-def test_the_check_and_the_voyage_agree_on_a_landfall(
-    name: str, landfalls: int, at_sea: bool
-) -> None:
+def test_the_check_and_the_voyage_agree_on_a_landfall(name, landfalls, at_sea):
     """The log of the Boussole ends 176 km from a coast. Madeira and Jamaica are landfalls."""
     scene = tauto.load(name)
     facts = way(scene)

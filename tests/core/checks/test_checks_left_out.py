@@ -1,7 +1,5 @@
 """The effects that a scene leaves out: six kinds of scene, the words and the figures."""
 
-from __future__ import annotations
-
 import json
 import math
 from typing import Any
@@ -67,9 +65,7 @@ def found(name: str, **changes: Any) -> dict[str, Omission]:
             "the case's answer to the wheel"}),
     ],
 )  # fmt: skip
-def test_a_scene_leaves_out_what_it_has_not_and_nothing_else(
-    name: str, changes: dict[str, Any], names: set[str]
-) -> None:
+def test_a_scene_leaves_out_what_it_has_not_and_nothing_else(name, changes, names):
     assert set(found(name, **changes)) == names
 
 
@@ -93,9 +89,7 @@ def test_a_scene_leaves_out_what_it_has_not_and_nothing_else(
          'damping of the case'),
     ],
 )  # fmt: skip
-def test_what_the_key_brings_in_is_left_out_no_more(
-    name: str, changes: dict[str, Any], what: str
-) -> None:
+def test_what_the_key_brings_in_is_left_out_no_more(name, changes, what):
     without = {key: value for key, value in changes.items() if key == 'suspension'}
     if without:
         without = {'suspension': GIMBALS}

@@ -1,7 +1,5 @@
 """Whether the parts of a scene fit together: the dial and the stamps that it can reach."""
 
-from __future__ import annotations
-
 import pytest
 
 import tauto_core as tauto

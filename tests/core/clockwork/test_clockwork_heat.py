@@ -1,12 +1,9 @@
 """The clock's stage with a machine that depends on the temperature of its box."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np
 import pytest
-import yaml
 
 import tauto_core as tauto
 from tauto_core.clockwork import LiveTrochlea, TrochleaStage
@@ -20,45 +17,33 @@ from tauto_core.samples import (
     Batches,
     TemperatureSamples,
 )
-from tauto_core.scene import Scene, parse_scene
-from tauto_core.scene.errors import PropagationError
+from tauto_core.scene import Scene
+from tauto_core.scene.errors import ABSENT, PropagationError
 from tauto_core.ship.airs import BoxTemperature
 from tauto_core.voyage import ShipSource
 
-SEA = """
-name: warm
-duration: 120.0
-trochlea:
-  inertia: 0.0004
-  material: brass
-  cam: {kind: involute, base_radius: 0.005}
-  thread: {kind: vertical}
-  power: {kind: weight, mass: 0.322}
-  release_angle: 0.8
-drag: {viscous: 1.25e-5, oil: olive}
-escapement: {kind: impulse, energy: 0.000123052}
-ship:
-  kind: components
-  components: [{amplitude: 0.1, period: 9.1, phase: 0.3}]
-  heave: [{amplitude: 0.5, period: 7.3, phase: 0.3}]
-air: {kind: constant, celsius: 15.0, diurnal: 10.0, box_hours: 0.02}
-log: {interval: 6.0}
-"""
-
-
-def scene_of(text: str = SEA, **changes: Any) -> Scene:
-    content = yaml.safe_load(text) | changes
-    kept = {name: value for name, value in content.items() if value is not None}
-    return parse_scene(yaml.safe_dump(kept), 'warm')
-
-
-HUNG = {
-    'kind': 'axle',
-    'support_radius': 0.32,
-    'axle_radius': 0.02,
-    'depth': 0.3,
-    'gyration_radius': 0.3,
+SEA: dict[str, Any] = {
+    'duration': 120.0,
+    'trochlea.material': 'brass',
+    'trochlea.release_angle': 0.8,
+    'drag': {'viscous': 1.25e-5, 'oil': 'olive'},
+    'escapement': {'energy': 0.000123052},
+    'ship': {
+        'kind': 'components',
+        'components': [{'amplitude': 0.1, 'period': 9.1, 'phase': 0.3}],
+        'heave': [{'amplitude': 0.5, 'period': 7.3, 'phase': 0.3}],
+    },
+    'air': {'kind': 'constant', 'celsius': 15.0, 'diurnal': 10.0, 'box_hours': 0.02},
+    'clock': ABSENT,
+    'log.interval': 6.0,
 }
+
+
+def scene_of(**changes: Any) -> Scene:
+    return tauto.load('involute_weight_at_sea', **SEA | changes)
+
+
+HUNG = tauto.load('clock_own_cam_spring').suspension.model_dump()
 
 
 def sailed(scene: Scene, chunk: int, *, apart: bool = False, anew: bool = False) -> np.ndarray:
@@ -80,18 +65,10 @@ def sailed(scene: Scene, chunk: int, *, apart: bool = False, anew: bool = False)
 
 
 @pytest.mark.parametrize(
-    ('suspension', 'thread'),
-    [
-        (HUNG, {'kind': 'vertical'}),
-        (None, {'kind': 'hanging', 'length': 1.5}),
-    ],
+    'keys', [{'suspension': HUNG}, {'trochlea.thread': {'kind': 'hanging', 'length': 1.5}}]
 )
-def test_any_split_of_motion_and_temperature_gives_the_same_bits(
-    suspension: Any, thread: Any
-) -> None:
-    content = yaml.safe_load(SEA)
-    content['trochlea']['thread'] = thread
-    scene = scene_of(yaml.safe_dump(content), suspension=suspension)
+def test_any_split_of_motion_and_temperature_gives_the_same_bits(keys: dict[str, Any]) -> None:
+    scene = scene_of(**keys)
     assert TrochleaStage(scene).inputs == (SHIP_IMU, SHIP_TEMPERATURE)
     whole = sailed(scene, 10_000)
     assert whole.shape[1] == scene.log_count
@@ -101,9 +78,9 @@ def test_any_split_of_motion_and_temperature_gives_the_same_bits(
 
 def test_oil_that_ages_without_air_needs_no_thermometer() -> None:
     drag = {'viscous': 1.25e-5, 'oil': 'olive', 'thickens_per_month': 10.0}
-    aged = scene_of(air=None, drag=drag)
+    aged = scene_of(air=ABSENT, drag=drag)
     assert TrochleaStage(aged).inputs == (SHIP_IMU,)
-    fresh = scene_of(air=None)
+    fresh = scene_of(air=ABSENT)
     difference_ns = (sailed(aged, 100) - sailed(fresh, 5000))[0]
     # more drag, a narrower swing, a shorter period under a weight with inertia
     assert difference_ns[0] == 0.0
@@ -111,12 +88,11 @@ def test_oil_that_ages_without_air_needs_no_thermometer() -> None:
 
 
 def test_materials_without_air_or_the_reverse_change_nothing() -> None:
-    plain = yaml.safe_load(SEA)
-    del plain['trochlea']['material'], plain['drag']['oil']
-    airy, neither = (scene_of(yaml.safe_dump(plain), **air) for air in ({}, {'air': None}))
+    plain = {'trochlea.material': ABSENT, 'drag': {'viscous': 1.25e-5}}
+    airy, neither = scene_of(**plain), scene_of(air=ABSENT, **plain)
     assert TrochleaStage(airy).inputs == (SHIP_IMU,)
     expected = sailed(neither, 5000)
-    for scene in (scene_of(air=None), airy):
+    for scene in (scene_of(air=ABSENT), airy):
         np.testing.assert_array_equal(sailed(scene, 5000), expected)
 
 
@@ -188,7 +164,7 @@ def test_a_live_clock_does_not_wait_for_its_thermometer() -> None:
     scene = scene_of(clock={'nominal_period': 1.0})
     assert LiveTrochlea(scene).inputs == (SHIP_IMU, SHIP_TEMPERATURE)
     silent = live(scene, 64, None)
-    cold = live(scene_of(air=None, clock={'nominal_period': 1.0}), 64, None)
+    cold = live(scene_of(air=ABSENT, clock={'nominal_period': 1.0}), 64, None)
     # the same machine, once through the kernels of one that changes
     assert np.max(np.abs(silent - cold)) <= 1
     stamps = scene.starts_at_ns + np.array([-5, 13, 29, 60]) * 10**9

@@ -35,7 +35,7 @@ from tauto_core.samples import (
     same,
     take,
 )
-from tauto_core.scene import Scene, load_scene
+from tauto_core.scene import load_scene
 from tauto_core.scene.errors import PropagationError
 from tauto_core.ship.imu import imu_from_roll, mounted, quaternion_of_angles
 
@@ -45,27 +45,36 @@ NATURAL_S = 0.15
 """By so much the dial of the clean run below goes wrong in half a minute, whatever the start."""
 
 
-def sensor(seconds: float = 30.0, rate_hz: float = 50.0, first: float = 0.0) -> ImuSamples:
+def sensor(
+    seconds: float = 30.0, rate_hz: float = 50.0, first: float = 0.0, noise: float = 1.0
+) -> ImuSamples:
     """A ship that rolls 0.2 rad in 8 s, with the noise of a good sensor."""
     n = round(seconds * rate_hz)
     t = first + np.arange(n) / rate_hz
     rng = np.random.default_rng(n)
-    roll = 0.2 * np.sin(np.pi / 4 * t) + 1e-3 * rng.standard_normal(n)
-    rate = 0.05 * np.pi * np.cos(np.pi / 4 * t) + 1e-3 * rng.standard_normal(n)
-    forces = 9.81 * np.sin(roll), 9.81 * np.cos(roll)
-    noise = 0.02 * rng.standard_normal((2, n))
+    roll = 0.2 * np.sin(np.pi / 4 * t) + 1e-3 * noise * rng.standard_normal(n)
+    rate = 0.05 * np.pi * np.cos(np.pi / 4 * t) + 1e-3 * noise * rng.standard_normal(n)
+    forces = 9.81 * np.array([np.sin(roll), np.cos(roll)])
     stamps = START_NS + np.rint(t * 1e9).astype(np.int64)
-    return imu_from_roll(stamps, roll, rate, forces[0] + noise[0], forces[1] + noise[1])
+    return imu_from_roll(
+        stamps, roll, rate, *(forces + 0.02 * noise * rng.standard_normal((2, n)))
+    )
 
 
-def at_rate(rate_hz: float) -> Scene:
-    """The scene at another rate of the ship's samples."""
-    return SCENE.model_copy(update={'ship': SCENE.ship.model_copy(update={'rate': rate_hz})})
+def quiet(rate_hz: float, seconds: float = 120.0) -> ImuSamples:
+    return sensor(seconds, rate_hz, noise=0.0)
 
 
 def said_of(stage, parts: Sequence[ImuSamples]):
     """All output of a stage for its motion, by topic."""
     return merged([*(stage.feed({SHIP_IMU: part}) for part in parts), stage.finish()])
+
+
+def setting_of(reading: TimeSamples) -> DialSetting:
+    """The last setting of the dial that readings tell."""
+    setting = DialSetting.of(str(reading.source[-1]))
+    assert setting is not None
+    return setting
 
 
 def errors_s(reading: TimeSamples):
@@ -86,7 +95,11 @@ def test_a_clean_sensor_moves_the_wheel_as_without_guards():
 def test_a_reading_comes_with_the_first_sample_past_it(rate_hz: float):
     """And agrees with a clock that waits for samples of 200 Hz on either side."""
     stage, imu = LiveTrochlea(SCENE), quiet(rate_hz, 30.0)
-    fast = errors_s(said_of(TrochleaStage(at_rate(200.0), 'first'), [quiet(200.0, 30.0)])[READING])
+    fast = errors_s(
+        said_of(
+            TrochleaStage(load_scene(SCENE, **{'ship.rate': 200.0}), 'first'), [quiet(200.0, 30.0)]
+        )[READING]
+    )
     stage.feed({SHIP_IMU: take(imu, imu.stamp_ns < START_NS + 3.5e9)})
     for number in np.flatnonzero(imu.stamp_ns >= START_NS + 3.5e9).tolist():
         reading = stage.feed({SHIP_IMU: take(imu, slice(number, number + 1))}).get(READING)
@@ -100,9 +113,7 @@ def test_a_reading_comes_with_the_first_sample_past_it(rate_hz: float):
 
 @pytest.mark.parametrize(('gap_us', 'first'), [(0, 500), (300, 0), (8_000, 500)])
 def test_a_burst_of_late_stamps_does_not_move_the_wheel(gap_us: int, first: int):
-    """0.8 s of samples have the stamps at which they were sent. Without guards the thread goes
-    slack.
-    """
+    """0.8 s of samples have the stamps at which they were sent."""
     imu, burst = sensor(), slice(first, first + 40)
     stamps = imu.stamp_ns.copy()
     stamps[burst] = stamps[first + 40] - 1000 * gap_us * np.arange(40, 0, -1)
@@ -113,17 +124,28 @@ def test_a_burst_of_late_stamps_does_not_move_the_wheel(gap_us: int, first: int)
     assert stage.health()['dial_stops'] == 0
 
 
-@pytest.mark.parametrize('ahead_s', [-5.0, 1e6])
-def test_one_wrong_stamp_changes_nothing(ahead_s: float):
-    imu = sensor()
-    wrong = take(imu, slice(600, 601))
+IMU, TWICE = sensor(rate_hz=20.0), np.sort(np.r_[0:600, 0:600:5])
+
+
+def with_wrong_stamp(ahead_s: float) -> ImuSamples:
+    wrong = take(IMU, slice(250, 251))
     wrong = replace(wrong, stamp_ns=wrong.stamp_ns + round(ahead_s * 1e9))
-    dirty = join([take(imu, slice(0, 700)), wrong, take(imu, slice(700, None))])
+    return join([take(IMU, slice(0, 300)), wrong, take(IMU, slice(300, None))])
+
+
+@pytest.mark.parametrize(
+    ('dirty', 'expected'),
+    [
+        (with_wrong_stamp(-5.0), {'out_of_order': 1}),
+        (with_wrong_stamp(1e6), {'stamps_ahead': 1}),
+        (take(IMU, TWICE), {'duplicated': 120}),
+    ],
+)
+def test_a_wrong_stamp_and_what_comes_twice_change_nothing(dirty, expected):
     stage = LiveTrochlea(SCENE)
-    said, clean = said_of(stage, [dirty]), said_of(LiveTrochlea(SCENE), [imu])
+    said, clean = said_of(stage, [dirty]), said_of(LiveTrochlea(SCENE), [IMU])
     np.testing.assert_array_equal(said[READING].time_ref_ns, clean[READING].time_ref_ns)
-    counts = {name: n for name, n in stage.health().items() if n}
-    assert counts == {'stamps_ahead' if ahead_s > 0 else 'out_of_order': 1}
+    assert {name: n for name, n in stage.health().items() if n} == expected
 
 
 def test_stamps_that_stand_are_named_and_fill_no_memory():
@@ -135,10 +157,8 @@ def test_stamps_that_stand_are_named_and_fill_no_memory():
     assert f'stand still at {stamp_ns // 10**9}.000 s' in stage.trouble
     assert stage.health()['duplicated'] == 99_999
     for k in range(MOST_HELD - 1):
-        one = replace(
-            take(imu, slice(k % 1000, k % 1000 + 1)), stamp_ns=np.array([stamp_ns + k + 1])
-        )
-        stage.feed({SHIP_IMU: one})
+        one = take(imu, slice(k % 1000, k % 1000 + 1))
+        stage.feed({SHIP_IMU: replace(one, stamp_ns=np.array([stamp_ns + k + 1]))})
     assert not stage.state()['held']
     assert 'stand still' not in stage.trouble
 
@@ -149,22 +169,6 @@ def test_a_date_sets_an_undated_dial_anew():
     setting = DialSetting.of(str(said_of(stage, [imu])[READING].source[-1]))
     assert setting == DialSetting(START_NS, number=2)
     assert 'have a date now' in stage.news()[0]
-
-
-def test_what_comes_twice_counts_once():
-    imu, stage = sensor(rate_hz=20.0), LiveTrochlea(SCENE)
-    twice = take(imu, np.sort(np.r_[0:600, 0:600:5]))
-    said, clean = said_of(stage, [twice]), said_of(LiveTrochlea(SCENE), [imu])
-    np.testing.assert_array_equal(said[READING].time_ref_ns, clean[READING].time_ref_ns)
-    assert {name: n for name, n in stage.health().items() if n} == {'duplicated': 120}
-
-
-def quiet(rate_hz: float, seconds: float = 120.0) -> ImuSamples:
-    """A ship that rolls 0.2 rad in 8 s, without noise."""
-    t = np.arange(round(seconds * rate_hz)) / rate_hz
-    roll, rate = 0.2 * np.sin(np.pi / 4 * t), 0.05 * np.pi * np.cos(np.pi / 4 * t)
-    stamps = START_NS + np.rint(t * 1e9).astype(np.int64)
-    return imu_from_roll(stamps, roll, rate, 9.81 * np.sin(roll), 9.81 * np.cos(roll))
 
 
 @pytest.mark.parametrize(('rate_hz', 'within_s'), [(20.0, 4e-6), (1.0, 0.06)])
@@ -179,11 +183,7 @@ def test_a_slow_sensor_moves_the_dial_by_little_and_is_told(rate_hz: float, with
 
 @pytest.mark.parametrize('vibration_hz', [19.5, 37.0])
 def test_vibration_above_the_scenes_rate_is_filtered(vibration_hz: float):
-    """Of 2 m/s² at 200 Hz. Thinned without a filter it moved the dial by up to 0.2 s.
-
-    Compared is the same clock without the vibration, not one with pieces at 200 Hz, which
-    follows the vibration, and its error at 19.5 Hz is its own.
-    """
+    """Of 2 m/s² at 200 Hz. Thinned without a filter it moved the dial by up to 0.2 s."""
     imu = quiet(200.0, 60.0)
     turned = math.tau * vibration_hz * (imu.stamp_ns - START_NS) * 1e-9
     force = imu.linear_acceleration + [0.0, 0.0, 2.0] * np.sin(turned + 0.3)[:, None]
@@ -205,9 +205,8 @@ def test_of_two_sensors_at_once_the_first_is_believed(apart_s: float):
     assert n > 115
     assert np.abs(mixed[:n] - alone[:n]).max() < 1e-4
     left_aside = stage.health()['out_of_order'] + stage.health()['stamps_ahead']
-    assert (left_aside > 2000) == (
-        apart_s != 0.025
-    )  # that one comes in between, as of a fast sensor
+    # at 0.025 s it comes in between, as of a fast sensor
+    assert (left_aside > 2000) == (apart_s != 0.025)
 
 
 def _spoilt(fault: str) -> ImuSamples:
@@ -237,8 +236,7 @@ def test_the_dial_holds_and_goes_on_with_the_time_it_lost(fault: str):
     reading = said_of(stage, [take(dirty, slice(len(during.stamp_ns), None))])[READING]
     assert not stage.trouble
     # the dial stood at the last reading of the first run until the motion was back
-    setting = DialSetting.of(str(reading.source[-1]))
-    assert setting is not None
+    setting = setting_of(reading)
     assert (setting.set_ns, setting.stops) == (START_NS, 1)
     assert 2.0e9 <= setting.lost_ns < 3.1e9
     assert stage.health()['dial_stops'] == 1
@@ -275,8 +273,7 @@ def test_a_step_back_of_the_stamps_is_a_break_of_unknown_length(step_s: float):
     stamps[600:] += round(step_s * 1e9)
     said = said_of(stage, [replace(imu, stamp_ns=stamps)])
     reading = said[READING]
-    setting = DialSetting.of(str(reading.source[-1]))
-    assert setting is not None
+    setting = setting_of(reading)
     assert (setting.set_ns, setting.stops, setting.number) == (START_NS, 1, 1)
     assert setting.unsure_ns * 1e-9 == pytest.approx(-step_s, abs=0.041)
     # the dial itself goes on from its last reading
@@ -307,8 +304,7 @@ def test_a_short_step_back_widens_the_estimate(step_s, rate_hz):
         np.arange(len(imu.stamp_ns)) < 12.3 * rate_hz, 0, step_s * 1e9
     )
     reading = said_of(stage, [replace(imu, stamp_ns=stamps.astype(np.int64))])[READING]
-    setting = DialSetting.of(str(reading.source[-1]))
-    assert setting is not None
+    setting = setting_of(reading)
     # the stamp of the last kept sample is up to a step of the scene, 0.05 s, before the step
     assert setting.unsure_ns * 1e-9 == pytest.approx(-step_s, abs=0.06)
     variance = drift.feed({READING: reading})[ESTIMATE].position[:, 1] ** 2
@@ -324,8 +320,7 @@ def test_a_late_block_is_left_aside_however_long_it_is(late_s: float):
     order = np.r_[0:500, 500 + n : 500 + 2 * n, 500 : 500 + n, 500 + 2 * n : len(imu.stamp_ns)]
     stage = LiveTrochlea(SCENE)
     reading = said_of(stage, [take(imu, order)])[READING]
-    setting = DialSetting.of(str(reading.source[-1]))
-    assert setting is not None
+    setting = setting_of(reading)
     assert (setting.set_ns, setting.number, setting.unsure_ns) == (START_NS, 1, 0)
     assert np.diff(reading.stamp_ns).min() > 0
     assert abs(errors_s(reading)[-1] + setting.lost_ns * 1e-9) < 1.0
@@ -381,13 +376,11 @@ def test_a_run_that_fails_is_given_up_and_the_next_one_declared():
     imu = sensor()
     force = imu.linear_acceleration.copy()
     force[500:550] = [0.0, 0.0, -20.0]
-    trochlea = SCENE.trochlea.model_copy(update={'slack': 'stop'})
-    stage = LiveTrochlea(SCENE.model_copy(update={'trochlea': trochlea}))
+    stage = LiveTrochlea(load_scene(SCENE, **{'trochlea.slack': 'stop'}))
     reading = said_of(stage, [replace(imu, linear_acceleration=force)])[READING]
     assert stage.health()['runs_failed'] >= 1
     assert 'slack' in stage.news()[0]
-    setting = DialSetting.of(str(reading.source[-1]))
-    assert setting is not None
+    setting = setting_of(reading)
     assert setting.stops == 1
     assert abs(errors_s(reading)[-1] + setting.lost_ns * 1e-9) < 2 * NATURAL_S
 
@@ -438,8 +431,7 @@ def test_a_stop_moves_and_widens_the_estimate():
     set_right, stopped = DialSetting(START_NS), DialSetting(START_NS, 7 * 10**9, 1)
     drift.feed({READING: readings(stamps, 0, set_right)})
     after = stamps + 106 * 10**9
-    both = join([readings(stamps + 100 * 10**9, 0, set_right)])
-    drift.feed({READING: take(both, slice(0, 1))})
+    drift.feed({READING: readings(stamps[:1] + 100 * 10**9, 0, set_right)})
     said = drift.feed({READING: readings(after, -7 * 10**9, stopped)})
     estimate, corrected = said[ESTIMATE], said[CORRECTED]
     assert estimate.position[0, 0] == pytest.approx(-7.0, abs=0.01)
@@ -463,10 +455,7 @@ def test_a_stop_moves_and_widens_the_estimate():
 
 @pytest.mark.parametrize('breaks_s', [[600], [600, 86_400, 60, 3600]])
 def test_errors_after_breaks_are_as_large_as_the_estimator_says(breaks_s):
-    """200 clocks as the prior says, and a GPS after each break.
-
-    The root mean square of 200 normal numbers strays from 1 by 0.05. Three times that is allowed.
-    """
+    """The root mean square of 200 normal numbers strays from 1 by 0.05: three times that."""
     model, errors = clock_model(SCENE), []
     set_within_s = np.sqrt(prior(model).xx)
     release_s = RELEASE_SIGMA * nominal_period_s(SCENE, compile_machine(SCENE))

@@ -1,8 +1,4 @@
-"""Windows of a sensor: a fault is named by one line, and no honest sensor alarms.
-
-The streams are made from angles and accelerations by SciPy's rotations: ω is the difference of two
-attitudes, the force is g plus the acceleration.
-"""
+"""Windows of a sensor, by SciPy's rotations: a fault has one line, and no honest sensor alarms."""
 
 import math
 from dataclasses import replace
@@ -115,14 +111,8 @@ FAULTS = {
     'dead_gyro': (scaled('angular_velocity', 0.0), 'are both alive'),
     'dead_attitude': (stays('orientation'), 'are both alive'),
     'frozen': (stays(*ALL), 'all its numbers have stayed the same for a second'),
-    'dead_axis': (
-        axis_stays('linear_acceleration', 1),
-        'y of linear_acceleration has stayed the same for 10 s',
-    ),
-    'dead_yaw': (
-        axis_stays('angular_velocity', 2),
-        'z of angular_velocity has stayed the same for 10 s',
-    ),
+    'dead_axis': (axis_stays('linear_acceleration', 1), 'y of linear_acceleration has stayed'),
+    'dead_yaw': (axis_stays('angular_velocity', 2), 'z of angular_velocity has stayed the same'),
     'dead_force': (scaled('linear_acceleration', 0.0), 'the accelerometer dead?'),
     'in_g': (scaled('linear_acceleration', 1.0 / 9.81), 'is it in g?'),
     'no_gravity': (
@@ -138,9 +128,8 @@ FAULTS = {
 @pytest.mark.parametrize('fault', FAULTS)
 def test_a_fault_is_named_with_its_remedy(fault):
     spoil, hint = FAULTS[fault]
-    assert any(
-        hint in words for words in alarms(spoil(rough(stream(seconds=40.0, rate_hz=20.0), 1)))
-    )
+    said = alarms(spoil(rough(stream(seconds=40.0, rate_hz=20.0), 1)))
+    assert any(hint in words for words in said)
 
 
 @pytest.mark.parametrize(('fault', 'begins_s'), [('deg_s', 20.0), ('frozen', 0.0), ('ned', 20.0)])
@@ -165,17 +154,16 @@ def test_a_fault_is_reported_once(fault, begins_s):
     assert len(heard) <= 2 + (begins_s > 0.0)
 
 
+ANCHORED = (lambda t: swing(t, 0.003, 4.0), lambda t: swing(t, 0.002, 3.0), lambda t: 0.0 * t)
+
+
 @pytest.mark.parametrize(
     ('angles', 'lag_s', 'rate_hz'),
     [
         (SEA, 0.0, 100.0),
         (SEA, 0.15, 10.0),
         # at anchor, 20 degrees of pitch, a case on its gimbals, a heeled yacht
-        (
-            (lambda t: swing(t, 0.003, 4.0), lambda t: swing(t, 0.002, 3.0), lambda t: 0.0 * t),
-            0.0,
-            10.0,
-        ),
+        (ANCHORED, 0.0, 10.0),
         ((SEA[0], lambda t: swing(t, 0.35, 5.0), SEA[2]), 0.1, 10.0),
         ((lambda t: swing(t, 0.5, 2.2), lambda t: swing(t, 0.3, 1.7), SEA[2]), 0.05, 100.0),
         ((lambda t: 0.5 + swing(t, 0.2, 6.0), SEA[1], lambda t: 0.2 * t), 0.1, 10.0),
@@ -190,9 +178,8 @@ def test_neither_slamming_nor_turns_nor_vibration_alarm(rate_hz):
     def accelerated(t):
         """The ship slams every 7 s after a fall, turns hard, and its engine runs."""
         since = t % 7.0
-        up = np.where(since < 0.05, 30.0, np.where(since > 6.5, -9.7, 0.0)) + swing(
-            t, 2.0, 1 / 37.0
-        )
+        up = np.where(since < 0.05, 30.0, np.where(since > 6.5, -9.7, 0.0))
+        up += swing(t, 2.0, 1 / 37.0)
         return np.column_stack([swing(t, 1.0, 30.0), swing(t, 2.5, 60.0), up])
 
     assert not alarms(rough(stream(rate_hz=rate_hz, accelerated=accelerated), 3))

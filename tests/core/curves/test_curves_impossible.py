@@ -1,7 +1,5 @@
 """Impossible cams are refused whatever their kind."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """A cam measured on a real piece: smoothed within its tolerance, or refused."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -82,24 +80,20 @@ def test_a_tolerance_below_the_errors_is_refused(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ('edit', 'said'),
+    ('edit', 'tolerance', 'said'),
     [
-        (lambda a, t: (a[:5], t[:5]), 'at least 6 rows'),
-        (lambda a, t: (a[::-1], t), 'must be greater than the angle before'),
-        (lambda a, t: (a - 1.0, t), 'one cheek, at angles greater than 0'),
-        (lambda a, t: (a, -t), 'must be > 0'),
-        (lambda a, t: (np.linspace(a[0], 3.0, 501), np.full(501, t[0])), 'more than 500 points'),
+        (lambda a, t: (a[:5], t[:5]), TOLERANCE, 'at least 6 rows'),
+        (lambda a, t: (a[::-1], t), TOLERANCE, 'must be greater than the angle before'),
+        (lambda a, t: (a - 1.0, t), TOLERANCE, 'one cheek, at angles greater than 0'),
+        (lambda a, t: (a, -t), TOLERANCE, 'must be > 0'),
+        (lambda a, t: (np.linspace(a[0], 3.0, 501), np.full(501, t[0])), TOLERANCE,
+         'more than 500 points'),
+        (lambda a, t: (a, t), 0.02, 'at most half of the longest lever arm'),
     ],
-)
-def test_points_that_are_no_cheek_are_refused(edit, said, tmp_path):
+)  # fmt: skip
+def test_points_that_are_no_cheek_are_refused(edit, tolerance, said, tmp_path):
     with pytest.raises(SceneError, match=said):
-        trochlea(write(tmp_path / 'cam.csv', *edit(*measured())), TOLERANCE).made_cam(9.81)
-
-
-def test_a_tolerance_in_another_unit_is_refused(tmp_path):
-    file = write(tmp_path / 'cam.csv', *measured())
-    with pytest.raises(SceneError, match='at most half of the longest lever arm'):
-        trochlea(file, 0.02).made_cam(9.81)
+        trochlea(write(tmp_path / 'cam.csv', *edit(*measured())), tolerance).made_cam(9.81)
 
 
 def test_a_hole_nearer_than_the_longest_arm_is_refused(tmp_path):

@@ -1,7 +1,5 @@
 """The plate of a cam: its costs against closed forms, its outline, its refusals."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -130,20 +128,6 @@ def test_the_cutter_is_half_its_width_from_the_plate(cam: Cam) -> None:
     )
 
 
-def test_a_cutter_as_wide_as_the_thread_follows_the_cam() -> None:
-    """The centre line of the thread is half a cutter outside the cheek."""
-    cam = Involute(0.005)
-    plate = cam_plate(cam, 1.5, thread_mm=0.4, cutter_mm=0.4)
-    assert plate.tool is not None
-    x, y = plate.tool.x, plate.tool.y
-    on = [at for at in range(len(x)) if x[at] < -0.05 and y[at] > 5.0]
-    z = np.sqrt((x[on] ** 2 + y[on] ** 2) / 25.0 - 1.0)
-    polar = 5.0 * (z - np.arctan(z))
-    cheek = z < 1.5 - 1e-9
-    assert np.sum(cheek) > 20
-    np.testing.assert_allclose(5.0 * np.arctan2(-x[on], y[on])[cheek], polar[cheek], atol=1e-4)
-
-
 def made(**changes: float | None) -> Plate:
     asked = {'reach_rad': 1.5, 'thread_mm': 0.5, **changes}
     return cam_plate(Involute(0.005), **asked)
@@ -159,7 +143,7 @@ def made(**changes: float | None) -> Plate:
         ({'bore_mm': 0.0}, r'bore_mm = 0\.0: must be > 0 mm'),
         (
             {'pin_circle_mm': 12.0},
-            r'pins_mm = 1\.5 mm: .*\(-10\.39, -6\).*another place: pins_mm=, pin_circle_mm=',
+            r'pins_mm = 1\.5 mm: .*\(-10\.39, -6\).*another place: pins_mm=',
         ),
         ({'pin_circle_mm': 9.0, 'pins_mm': 1.5}, r'pins_mm = 1\.5 mm: .*room for 0 mm'),
         ({'slot_mm': 4.0}, r'bore_mm = 2\.5 mm: .*would not leave 0\.2 mm'),

@@ -173,9 +173,7 @@ def test_what_cannot_be_is_refused_with_its_limit(make, named):
 
 @pytest.mark.parametrize('complement', [1.0, 1.0 - 1e-12, 0.5, 1e-3, 1e-9, 1e-15])
 def test_elliptic_functions_keep_their_digits_up_to_the_edge(complement):
-    """The error is relative. Towards K cos φ is small, and a rounding of φ is multiplied by tan
-    φ.
-    """
+    """Towards K cos φ is small, and a rounding of φ is multiplied by tan φ."""
     with mpmath.workdps(40):
         m = 1 - mpmath.mpf(complement)
         whole = mpmath.ellipk(m)

@@ -4,20 +4,22 @@ import math
 
 import numpy as np
 import pytest
-import yaml
 
 from tauto_core.checks.readiness import check_scene
 from tauto_core.machines import compile_machine, descent_isochronism
 from tauto_core.machines.fluid_pendulum import FluidPendulum
-from tauto_core.scene import SceneError, load_scene, parse_scene, scene_yaml
+from tauto_core.scene import SceneError, load_scene
 from tauto_core.scene.errors import UsageError
 
-OIL = yaml.safe_load(scene_yaml(load_scene('globe_in_oil')))
+
+def oil(**changes):
+    return load_scene(
+        'globe_in_oil', **{f'regulator.{key}': each for key, each in changes.items()}
+    )
 
 
 def machine(**changes):
-    content = OIL | {'regulator': OIL['regulator'] | changes}
-    return compile_machine(parse_scene(yaml.safe_dump(content), 'oil'))
+    return compile_machine(oil(**changes))
 
 
 def test_the_shipped_globe_falls_in_equal_times():
@@ -65,10 +67,8 @@ def test_amplitudes_out_of_range_are_refused(amplitudes, said):
 
 
 def test_a_dial_out_of_range_names_the_regulator():
-    content = OIL | {'regulator': OIL['regulator'] | {'pendulum_length': 1e20}}
-    scene = parse_scene(yaml.safe_dump(content), 'oil')
     with pytest.raises(SceneError, match='Check the units in regulator') as refused:
-        check_scene(scene)
+        check_scene(oil(pendulum_length=1e20))
     assert refused.value.key == 'regulator'
 
 

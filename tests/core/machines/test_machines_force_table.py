@@ -1,9 +1,4 @@
-"""A force given by points: air by Boyle's law, a chord, a spring, and its isochronous cam.
-
-Boyle's law and the chord are closed forms, with which forces, energies and motions are compared.
-"""
-
-from __future__ import annotations
+"""A force given by points, compared with the closed forms of air, a chord and a spring."""
 
 import math
 from typing import Any
@@ -99,10 +94,6 @@ def period(law: Any, arm: Any, amplitude: float, end_s: float = 2.0) -> float:
     return float(2.0 * (second - first))
 
 
-# -----------------------------------------------------------------------------
-# The force and its energy.
-
-
 def test_its_laws_derivatives_are_those_of_the_lever_arm() -> None:
     cam, angle, step = machine(table(chord)).cam, np.linspace(0.2, 2.7, 9), 1e-4
     for law, rate in ((cam.lever_arm, cam.lever_rate), (cam.lever_rate, cam.lever_curvature)):
@@ -126,10 +117,6 @@ def test_a_spring_given_by_points_is_the_spring() -> None:
     np.testing.assert_allclose([x, y], wanted.contact(angle), rtol=1e-11, atol=1e-17)
 
 
-# -----------------------------------------------------------------------------
-# Swings.
-
-
 @pytest.mark.parametrize(
     ('name', 'within'), [('condensed', 5e-11), ('rarefied', 2e-9), ('chord', 1e-11)]
 )
@@ -147,17 +134,11 @@ def test_the_period_on_the_involute_is_that_of_the_closed_form(name: str, within
 
 
 @pytest.mark.parametrize(
-    ('name', 'within', 'thread'),
-    [
-        ('condensed', 5e-11, {'kind': 'hole', 'distance': 0.05}),
-        ('rarefied', 5e-9, {'kind': 'vertical'}),
-        ('chord', 1e-11, {'kind': 'vertical'}),
-    ],
+    ('name', 'within'), [('condensed', 5e-11), ('rarefied', 5e-9), ('chord', 1e-11)]
 )
-def test_its_own_cam_makes_the_true_force_isochronous(
-    name: str, within: float, thread: dict[str, Any]
-) -> None:
+def test_its_own_cam_makes_the_true_force_isochronous(name: str, within: float) -> None:
     """Air and chord themselves on the lever arm of the cam, as near as the spline is to them."""
+    thread = {'kind': 'hole', 'distance': 0.05} if name == 'condensed' else {'kind': 'vertical'}
     law, found = LAWS[name], machine(table(LAWS[name]), OWN, 0.5, thread=thread)
     assert found.is_linear
     cam = found.cam.cam
@@ -171,14 +152,9 @@ def test_its_own_cam_makes_the_true_force_isochronous(
 def test_it_sails_as_dop853_does() -> None:
     """θ̈ = −F(h) t/I − ρ̈ at sea, with F by Horner's scheme of the spline, over two swings."""
     roll = {'amplitude': 0.1, 'period': 9.0, 'phase': 0.4}
-    given = scene(
-        table(condensed),
-        release=2.0,
-        duration=2.0,
-        log={'interval': 1.0},
-        solver={'tolerance': 1e-13},
-        ship={'kind': 'components', 'components': [roll]},
-    )
+    ship = {'kind': 'components', 'components': [roll]}
+    keys = {'duration': 2.0, 'log.interval': 1.0, 'solver.tolerance': 1e-13}
+    given = scene(table(condensed), release=2.0, ship=ship, **keys)
     law, omega = ForceLaw(tuple(map(tuple, points(condensed)))), math.tau / 9.0
 
     def motion(time: float, y: np.ndarray) -> list[float]:
@@ -190,9 +166,6 @@ def test_it_sails_as_dop853_does() -> None:
     np.testing.assert_allclose(found.position[-1, 0], wanted.y[0, -1], atol=1e-12)
     np.testing.assert_allclose(found.velocity[-1, 0], wanted.y[1, -1], atol=5e-12)
 
-
-# -----------------------------------------------------------------------------
-# Refusals.
 
 SIX = points(condensed, 6)
 
@@ -207,9 +180,7 @@ SIX = points(condensed, 6)
         ({3: [SIX[3][0], 0.001], 4: [SIX[4][0], 0.001]}, 'trochlea.power.points', 'spline'),
     ],
 )
-def test_points_that_are_no_force_are_refused(
-    change: dict[int, list[float]], key: str, words: str
-) -> None:
+def test_points_that_are_no_force_are_refused(change, key, words):
     given = [change.get(at, pair) for at, pair in enumerate(SIX)]
     with pytest.raises(SceneError, match=words) as caught:
         scene({'kind': 'force_table', 'points': given})
@@ -227,9 +198,7 @@ def test_points_that_are_no_force_are_refused(
         (INVOLUTE, {'thread': {'kind': 'hanging', 'length': 0.3}}, 'trochlea.power.kind'),
     ],
 )
-def test_what_does_not_go_with_it_is_refused(
-    cam: dict[str, Any], trochlea: dict[str, Any], key: str
-) -> None:
+def test_what_does_not_go_with_it_is_refused(cam, trochlea, key):
     with pytest.raises(SceneError) as caught:
         scene(table(condensed), cam, trochlea=trochlea)
     assert caught.value.key == key

@@ -1,7 +1,5 @@
 """Half swings over branches that differ, against DOP853, closed forms and what Euler says."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

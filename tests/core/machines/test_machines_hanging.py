@@ -39,16 +39,9 @@ def to_the_middle(machine, amplitude, delta):
         return y[0]
 
     middle.terminal = True
-    found = solve_ivp(
-        slopes,
-        (0.0, 2.0 * machine.small_period),
-        [amplitude, delta, 0.0, 0.0],
-        'DOP853',
-        events=middle,
-        rtol=1e-13,
-        atol=1e-15,
-        max_step=0.1,
-    )
+    start, exact = [amplitude, delta, 0.0, 0.0], {'rtol': 1e-13, 'atol': 1e-15, 'max_step': 0.1}
+    span = 0.0, 2.0 * machine.small_period
+    found = solve_ivp(slopes, span, start, 'DOP853', events=middle, **exact)
     return found.t_events[0][0], found.y_events[0][0][1]
 
 
@@ -57,10 +50,7 @@ def to_the_middle(machine, amplitude, delta):
     [(0.3, 1.5, 0.0), (0.5, 0.5, 0.0), (5.0, 1.5, 0.0), (0.3, 1.2, 40.0)],
 )
 def test_the_periodic_swing_is_that_of_a_shooting_method(length, amplitude, stiffness):
-    """The thread's angle at rest for which it passes the middle with the wheel, by SciPy.
-
-    The event is interpolated to 1e-10 of the period.
-    """
+    """The thread passes the middle with the wheel. The event is good to 1e-10 of the period."""
     machine = replace(MACHINE, length=length, stiffness=stiffness)
     share = machine.modes.B_prime if machine.wheel_is_fast else machine.modes.B
     guess = amplitude * machine.base_radius / share

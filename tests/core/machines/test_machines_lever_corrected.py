@@ -44,9 +44,7 @@ def test_against_the_general_synthesis():
 
 
 def test_the_thread_reaches_from_the_cam_to_the_lever():
-    """The points of the cheek alone show that the thread is tangent to it, passes through B and
-    keeps its length.
-    """
+    """By points of the cheek alone: it is tangent, passes through B and keeps its length."""
     pose, (x, y) = CAM.pose(TAU), CAM.contact(TAU)
     theta = CAM.theta(TAU)
     # into the case: mirrored, +y down, then turned with the wheel
@@ -90,9 +88,7 @@ sizes = st.floats(0.5, 2.0)
 @settings(max_examples=10, deadline=None, derandomize=True)
 @given(sizes, sizes, sizes, sizes, st.floats(0.1, 1.0))
 def test_any_lever_keeps_its_period(inertia, arm, torque, turned, part):
-    """The machine is random, and the reference is a quadrature over θ of √(M/(2(E − V))), good to
-    1e-11.
-    """
+    """The reference is a quadrature over θ of √(M/(2(E − V))), good to 1e-11."""
     cam = CorrectedLeverGeometry(
         inertia * INERTIA, 0.7 * OMEGA, torque * TORQUE, turned * TURNED, 0.1 * arm, 0.3
     )
@@ -127,11 +123,7 @@ def test_edges():
 def test_a_cam_that_ends_where_the_thread_lies_level():
     """The search for its end comes upon δ = π/2 itself, a pole of tan δ."""
     cam = CorrectedLeverGeometry(
-        0.00037191386067335114,
-        4.4293872708872835,
-        0.006538581953352763,
-        1.327128005244895e-05,
-        0.010317415791880004,
-        0.00820910980476584,
-    )
+        0.00037191386067335114, 4.4293872708872835, 0.006538581953352763, 1.327128005244895e-05,
+        0.010317415791880004, 0.00820910980476584,
+    )  # fmt: skip
     assert np.all(np.isfinite(cam.theta(np.array(cam.edges))))

@@ -4,12 +4,11 @@ import math
 
 import numpy as np
 import pytest
-import yaml
 
 from tauto_core.checks.readiness import check_scene
 from tauto_core.machines import compile_machine
-from tauto_core.scene.errors import SceneError
-from tauto_core.scene.loader import parse_scene
+from tauto_core.scene import load_scene
+from tauto_core.scene.errors import ABSENT, SceneError
 
 HOLE, VERTICAL = {'kind': 'hole', 'distance': 0.08}, {'kind': 'vertical'}
 WEIGHT = {
@@ -22,6 +21,15 @@ SPRING = {
 }
 
 
+CONSTANT = {
+    'cam': {'kind': 'hole', 'lever_rate': 0.01},
+    'power': {'kind': 'force', 'force': 2.0},
+    'thread': HOLE,
+}
+ARC = CONSTANT | {
+    'cam': {'kind': 'circular_arc', 'radius': 0.02, 'root_depth': 0.01},
+    'thread': VERTICAL,
+}
 BOTH = {'kind': 'weight_and_spring', 'mass': 0.05, 'stiffness': 5.0}
 FAST = {'kind': 'synthesised', 'period': 0.001, 'range': 2.0}
 WIDE = {'kind': 'synthesised', 'period': 1.5, 'range': 2.0}
@@ -30,11 +38,8 @@ ROLL = {'kind': 'components', 'components': [{'amplitude': 0.1, 'period': 9.0}]}
 
 
 def scene(ship=None, **trochlea):
-    base = {'inertia': 4e-4, 'thread': VERTICAL, 'release_angle': 1.0}
-    content = {'name': 'test', 'duration': 10.0, 'trochlea': {**base, **trochlea}}
-    if ship is not None:
-        content['ship'] = ship
-    return parse_scene(yaml.safe_dump(content), 'test')
+    parts = {'inertia': 4e-4, 'thread': VERTICAL, 'release_angle': 1.0}
+    return load_scene('ideal', ship=ship, clock=ABSENT, trochlea=parts | trochlea)
 
 
 def refusal(**trochlea):
@@ -52,7 +57,7 @@ def test_a_spring_too_stiff_for_a_convex_cheek(thread):
     message = refusal(
         **{**SPRING, 'power': {**SPRING['power'], 'stiffness': 5000.0}}, thread=thread
     )
-    assert message.startswith("test: trochlea.cam.kind = 'spring_corrected': has a cheek")
+    assert message.startswith("ideal: trochlea.cam.kind = 'spring_corrected': has a cheek")
     assert 'from 0 to 0.58' in message
     assert 'Use a softer spring, a longer period or a nearer hole' in message
     # of a vertical thread κ < P²/(3 I ω²)
@@ -64,22 +69,14 @@ def test_a_spring_too_stiff_for_a_convex_cheek(thread):
 @pytest.mark.parametrize(
     ('changes', 'key', 'said'),
     [
-        ({'power': {'kind': 'force', 'force': 2.0}}, 'power.kind', 'cam kind involute'),
-        (
-            {'power': {**WEIGHT['power'], 'massless': True}},
-            'power.massless',
-            'cam kind involute',
-        ),
+        ({'power': CONSTANT['power']}, 'power.kind', 'cam kind involute'),
+        ({'power': WEIGHT['power'] | {'massless': True}}, 'power.massless', 'cam kind involute'),
         ({'power': SPRING['power']}, 'power.kind', 'spring_corrected'),
         ({'cam': SPRING['cam']}, 'power.kind', 'weight_corrected'),
         ({'power': BOTH}, 'power.kind', 'a weight and a spring together use cam kind synthesised'),
         ({'cam': FAST, 'power': BOTH}, 'cam.period', 'slower by itself'),
         ({'cam': WIDE, 'power': BOTH, 'thread': NEAR}, 'cam.kind', 'longer than the hole is away'),
-        (
-            {'power': {'kind': 'force', 'force': 2.0}, 'thread': HOLE},
-            'power.kind',
-            'cam kind hole',
-        ),
+        ({'power': CONSTANT['power'], 'thread': HOLE}, 'power.kind', 'cam kind hole'),
         ({'cam': {'kind': 'weight_corrected', 'period': 0.0}}, 'cam.period', 'greater than 0'),
         ({'cam': {'kind': 'lever_corrected', 'period': 1.0}}, 'thread.kind', 'thread kind lever'),
     ],
@@ -97,11 +94,8 @@ def test_a_period_out_of_all_proportion(kind, period):
     assert f'trochlea.cam.period = {period!r}' in message
 
 
-LEVER = {
-    'cam': {'kind': 'involute', 'base_radius': 0.02},
-    'thread': {'kind': 'lever', 'arm': 0.1, 'weight_arm': 0.15, 'length': 0.3},
-    'power': {'kind': 'weight', 'mass': 0.05},
-}
+TROCHLEA = load_scene('sully_lever_at_sea').trochlea.model_dump()
+LEVER = {part: TROCHLEA[part] for part in ('cam', 'thread', 'power')}
 
 
 def on_lever(**changes):
@@ -110,14 +104,18 @@ def on_lever(**changes):
 
 LIGHT = {**LEVER, 'cam': {'kind': 'lever_corrected', 'period': 1.0}, 'power': of_mass(0.001)}
 STIFF = {**SPRING, 'power': {'kind': 'spring', 'force': 2.0, 'stiffness': 1.0}, 'thread': HOLE}
-CONSTANT = {
-    'cam': {'kind': 'hole', 'lever_rate': 0.01},
-    'power': {'kind': 'force', 'force': 2.0},
-    'thread': HOLE,
-}
 BEYOND = {
     'weight': ({**WEIGHT, 'release_angle': 9.0}, 'use a heavier weight or a longer period'),
-    'hole': ({**CONSTANT, 'release_angle': 9.0}, 'move the hole away from the axle'),
+    'hole': ({**CONSTANT, 'release_angle': 8.01}, 'move the hole away from the axle'),
+    'hole at sea': (
+        {**CONSTANT, 'release_angle': -8.01, 'ship': ROLL},
+        'move the hole away from the axle',
+    ),
+    'arc': ({**ARC, 'release_angle': 3.2}, 'give the cam a wider range'),
+    'arc, weight': (
+        {**ARC, 'release_angle': 3.2, 'power': of_mass(0.2)},
+        'give the cam a wider range',
+    ),
     'hole, spring': ({**STIFF, 'release_angle': 30.0}, 'move the hole away from the axle'),
     'lever': (on_lever(arm=0.01), 'use a smaller cam, a longer lever or a longer thread'),
     'light weight': (LIGHT, 'use a heavier weight or a longer period'),
@@ -160,8 +158,7 @@ def test_a_lever_whose_inertia_no_series_resolves():
 )
 def test_a_release_too_far_for_any_series(parts):
     """On a still ship the swing is one series."""
-    far = {'cam': {'kind': 'involute', 'base_radius': 0.02}, **parts}
-    error = unresolved(**far, release_angle=-60.0)
+    error = unresolved(cam=LEVER['cam'], **parts, release_angle=-60.0)
     assert (error.key, error.value) == ('trochlea.release_angle', -60.0)
     assert 'nearer to rest, or use a heavier wheel' in error.remedy
 
@@ -175,10 +172,7 @@ def test_a_release_too_far_for_any_series(parts):
     ],
 )
 def test_a_release_of_more_turns_than_any_thread_has(release, remedy):
-    force = {
-        'cam': {'kind': 'involute', 'base_radius': 0.02},
-        'power': {'kind': 'force', 'force': 2.0},
-    }
+    force = CONSTANT | {'cam': LEVER['cam'], 'thread': VERTICAL}
     with pytest.raises(SceneError, match=r'at most 62\.83 rad in size, 10 turns') as caught:
         scene(**force, release_angle=release)
     assert (caught.value.key, caught.value.value) == ('trochlea.release_angle', release)
@@ -186,19 +180,10 @@ def test_a_release_of_more_turns_than_any_thread_has(release, remedy):
     scene(**force, release_angle=-62.8)
 
 
-GLOBE = {
-    'kind': 'fluid_tautochrone',
-    'body': 'globe',
-    'diameter': 0.05,
-    'body_density': 7800.0,
-    'fluid_density': 900.0,
-    'pendulum_length': 1.0,
-}
-
-
 def in_fluid(**changes):
-    content = {'name': 'test', 'duration': 10.0, 'regulator': {**GLOBE, **changes}}
-    return parse_scene(yaml.safe_dump(content), 'test')
+    return load_scene(
+        'globe_in_oil', **{f'regulator.{key}': each for key, each in changes.items()}
+    )
 
 
 @pytest.mark.parametrize(
@@ -228,19 +213,8 @@ def test_a_mote_on_a_cycloid_is_refused_without_a_series():
 @pytest.mark.parametrize('angle', [8.0, -9.0])
 def test_an_impulse_that_no_swing_reaches(angle):
     """Euler's second cam ends at a/b = 8 rad."""
-    content = {
-        'name': 'test',
-        'duration': 10.0,
-        'trochlea': {
-            'inertia': 4e-4,
-            'cam': {'kind': 'hole', 'lever_rate': 0.01},
-            'thread': HOLE,
-            'power': {'kind': 'force', 'force': 2.0},
-            'release_angle': 1.0,
-        },
-        'escapement': {'energy': 1e-6, 'angle': angle},
-    }
+    escapement = {'energy': 1e-6, 'angle': angle}
     with pytest.raises(SceneError, match=r'the range of the wheel is ±8 rad.*nearer to the mid'):
-        check_scene(parse_scene(yaml.safe_dump(content), 'test'))
-    content['escapement']['angle'] = math.copysign(7.9, angle)
-    check_scene(parse_scene(yaml.safe_dump(content), 'test'))
+        check_scene(load_scene('ideal', escapement=escapement))
+    escapement['angle'] = math.copysign(7.9, angle)
+    check_scene(load_scene('ideal', escapement=escapement))

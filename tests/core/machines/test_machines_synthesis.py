@@ -60,10 +60,7 @@ log = st.floats(-1.0, 1.0)
 @settings(max_examples=4, deadline=None, derandomize=True)
 @given(log, log, st.floats(0.0, 0.3), st.floats(-3.0, 0.5), st.floats(0.02, 0.98))
 def test_any_machine_keeps_its_period(inertia, force, softness, mass, part):
-    """Random wheel, spring, carried mass: the synthesised cam's period by quadrature, 1e-11.
-
-    In units in which ω and P set the scale: bκ/P < 1/3 keeps the cheek convex near the tip.
-    """
+    """By quadrature, to 1e-11. bκ/P < 1/3 keeps the cheek convex near the tip."""
     i, p = 4e-4 * 10**inertia, 2.0 * 10**force
     rate = i * OMEGA**2 / p
     kappa, m = softness * p / rate, 10**mass * i / rate**2 * 0.01
