@@ -306,7 +306,7 @@ def test_one_source_of_time_only_and_it_rises(bench: Bench, minute: Path) -> Non
 @pytest.mark.parametrize(
     ('node', 'values', 'words'),
     [
-        (TrochleaNode, {'imu_rotation': '90'}, 'must be roll, pitch and yaw'),
+        (TrochleaNode, {**FOREIGN, 'imu_rotation': '90'}, 'must be roll, pitch and yaw'),
         (TrochleaNode, {'flow_control': 'credits', 'state_folder': 'here'}, 'state_folder'),
         (ShipMotionNode, {'speed': 0.0}, r'speed = 0\.0.*flow_control = credits'),
         (RecorderNode, {'topics': ('clock/readin',)}, 'clock/readin is not in the table'),
