@@ -301,7 +301,11 @@ def test_a_replay_needs_no_motion_to_know_what_the_motion_added(tmp_path):
         'heave': {'value': 1.0, 'sigma': 0.05},
         'roll': {'value': 0.01, 'sigma': 0.02},
     }
-    drift = {'observation_interval': 30.0, 'observation_sigma': 0.001, 'gate': 1e9}
+    drift: dict[str, object] = {
+        'observation_interval': 30.0,
+        'observation_sigma': 0.001,
+        'gate': 1e9,
+    }
     drift |= {'covariates': ['heave', 'roll'], 'coefficients': coefficients}
     log = {'interval': 5.0, 'motion': False}
     scene = load_scene('involute_weight_at_sea', duration=120.0, drift=drift, log=log)
