@@ -29,7 +29,7 @@ WORDS = {
     # figure: (most today, goal)
     'README.md': (600, 600),
     'CONTRIBUTING.md': (600, 600),
-    'docs': (43_300, 45_000),
+    'docs': (42_850, 45_000),
 }
 """Words of the pages that are kept. A limit is lowered when a figure has fallen."""
 

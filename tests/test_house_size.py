@@ -18,16 +18,14 @@ WIDTH = 99
 
 LIMITS = {
     # figure: (most today, goal)
-    'statements of src': (36_230, 32_500),
-    'lines of src': (76_280, 69_000),
-    'files of src': (183, 185),
-    'lines of tests': (51_670, 42_000),
-    'lines of benchmarks': (7_400, 7_000),
+    'statements of src': (33_400, 33_500),
+    'lines of src': (71_000, 71_000),
+    'files of src': (180, 190),
+    'lines of tests': (47_045, 42_000),
+    'lines of benchmarks': (6_890, 7_000),
     'circles of imports': (0, 0),
 }
-"""A limit is lowered when a figure has fallen. The open issues may add 1,000 statements and 2,000
-lines of src; nothing else raises a limit before its goal is reached.
-"""
+"""A limit is lowered when a figure has fallen, and not raised: whoever adds takes away as much."""
 DOCUMENTED_PERCENT = 93.0
 
 
