@@ -17,8 +17,8 @@ DOCS = ROOT / 'docs'
 TYPED = re.compile(r'^ {4,}(?:ros2 run tauto_core )?(tauto .*?)(?:    #.*)?$', re.MULTILINE)
 RUN = [DOCS / 'tutorial.md', *sorted((DOCS / 'howto').glob('*.md'))]
 GRAPH = ('tauto graph', 'tauto play')
-BROUGHT = ('measured_bag', 'logbooks.csv', 'fiji')
-"""Files that no command of a page writes."""
+BROUGHT = ('measured_bag', 'logbooks.csv', 'passage.yaml', 'fiji')
+"""Files that no command of a page writes, and the scene of such a log-book."""
 
 
 def commands(page: Path) -> list[str]:
