@@ -89,7 +89,7 @@ def seen(bench: Bench, tmp_path: Path) -> Ports:
     onlooker = bench.add(Node('onlooker'))
     onlooker.create_subscription(MarkerArray, 'markers', lambda _: None, QoSProfile(depth=1))
     for flow in ({}, CREDITS):
-        nodes = [
+        nodes: list[Any] = [
             *(
                 node(**overrides(scene='measured', **flow))
                 for node in (ShipMotionNode, TrochleaNode, DriftEstimatorNode, LongitudeNode)
