@@ -37,8 +37,10 @@ from tauto_core.samples import (
     SLACK,
     Batches,
     FloatArray,
+    ImuSamples,
     JointSamples,
     Samples,
+    SpatialImu,
     Stage,
     Stateful,
     TemperatureSamples,
@@ -61,7 +63,7 @@ from tauto_core.ship import REFUSALS, Observations, ShipMotion, bag_metadata
 from tauto_core.ship.airs import BoxTemperature
 from tauto_core.ship.buffer import SharedBuffers
 from tauto_core.ship.coast import ends_of
-from tauto_core.ship.imu import attitude
+from tauto_core.ship.imu import attitude, message, screen
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -582,8 +584,12 @@ def compile_kernels(scene: Scene) -> None:
     source, stages = ShipSource(scene), pipeline(scene)
     samples = math.ceil(SAILED_TO_COMPILE_S * NS_PER_S / scene.step_ns)
     with optimised(), suppress(TautoError):
-        stages.feed(source.produce(samples))
+        motion = source.produce(samples)
+        stages.feed(motion)
         stages.finish()
+        imu = motion[SHIP_IMU]
+        assert isinstance(imu, ImuSamples | SpatialImu)
+        screen(message(imu), None)  # a node receives messages
 
 
 def refused_words(health: Mapping[str, int]) -> str:

@@ -211,7 +211,8 @@ def refusal_reasons(
         if is_absent.any():
             reasons[(reasons == 0) & is_absent] = number
     refuse_samples(
-        contiguous(imu.stamp_ns) if by_stamp else None,
+        # one type of stamps, since a kernel is compiled for each
+        contiguous(imu.stamp_ns) if by_stamp else np.arange(len(reasons)),
         -(2**63) if last_stamp_ns is None else last_stamp_ns,
         contiguous(imu.orientation),
         contiguous(imu.angular_velocity),

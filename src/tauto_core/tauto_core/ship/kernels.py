@@ -303,17 +303,14 @@ INVERSE_ODDS = tuple((-1) ** k / (2 * k + 1) for k in range(21))
 
 @entry
 def refuse_samples(
-    stamp_ns: IntArray | None,
+    stamp_ns: IntArray,
     last_stamp_ns: int,
     orientation: FloatArray,
     angular_velocity: FloatArray,
     force: FloatArray,
     reasons: IntArray,
 ) -> None:
-    """Fill the reasons, from the fourth of `imu.REFUSALS` on, of samples that have none so far.
-
-    Without stamps, the content alone counts.
-    """
+    """Fill the reasons, from the fourth of `imu.REFUSALS` on, of samples that have none so far."""
     last = last_stamp_ns
     for k in range(len(reasons)):
         if reasons[k] != 0:
@@ -332,11 +329,10 @@ def refuse_samples(
             reasons[k] = 6
         elif sine * sine + cosine * cosine < SMALLEST_COS_PITCH * SMALLEST_COS_PITCH:
             reasons[k] = 7
-        elif stamp_ns is not None:
-            if stamp_ns[k] > last:
-                last = stamp_ns[k]
-            else:
-                reasons[k] = 8 if stamp_ns[k] == last else 9
+        elif stamp_ns[k] > last:
+            last = stamp_ns[k]
+        else:
+            reasons[k] = 8 if stamp_ns[k] == last else 9
 
 
 @inlined
