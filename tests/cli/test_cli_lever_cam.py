@@ -10,8 +10,10 @@ import pytest
 from command_line import refused, run
 from ezdxf.filemanagement import readfile
 
-OWN_CAM = ('cam', 'sully_lever_at_sea', '--set', 'clock.nominal_period=null')
-OWN_CAM += ('--set', 'trochlea.cam={kind: lever_corrected, period: 1.0}')
+OWN_CAM = [
+    *('cam', 'sully_lever_at_sea', '--set', 'clock.nominal_period=null'),
+    *('--set', 'trochlea.cam={kind: lever_corrected, period: 1.0}'),
+]
 
 
 def test_both_cheeks_are_written_for_themselves(tmp_path: Path) -> None:

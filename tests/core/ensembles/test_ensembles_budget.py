@@ -119,8 +119,8 @@ def test_a_hull_has_all_its_motions_and_what_is_known_roughly() -> None:
     assert sum(rows_of(found).values()) == pytest.approx(found.sum.rate_s_per_day, abs=1e-9)
     together = found.sum.rate_s_per_day + found.interaction.rate_s_per_day
     assert together == pytest.approx(found.whole.rate_s_per_day, abs=1e-9)
-    keys = [each.key.rpartition('.')[2] for each in found.rough]
-    assert keys == ['damping_ratio', 'k_yy', 'centre_of_gravity']
+    names = [each.key.rpartition('.')[2] for each in found.rough]
+    assert names == ['damping_ratio', 'k_yy', 'centre_of_gravity']
     assert found.rough_s_per_day >= max(each.half_range for each in found.rough) > 0.0
 
 

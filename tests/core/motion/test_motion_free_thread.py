@@ -150,8 +150,8 @@ def test_near_weightlessness_a_step_feels_the_whole_force():
 def test_a_hung_lever_steps_freely_over_long_pieces() -> None:
     """The motion of a hung case has a polynomial of many powers over a second or more."""
     keys = dict.fromkeys(('air', 'trochlea.material', 'drag.oil'), ABSENT)
-    keys['solver.accuracy'] = 1e-3
-    scene = load_scene('clock_own_cam_lever', duration=300.0, **keys)
+    given = {**keys, 'solver.accuracy': 1e-3}
+    scene = load_scene('clock_own_cam_lever', duration=300.0, **given)
     stage = TrochleaStage(scene)
     stage.feed({SHIP_IMU: ShipMotion(scene).sense(10**6)})
     stage.finish()

@@ -175,7 +175,8 @@ def test_a_massless_weight_lets_the_wheel_go_and_nothing_is_lost():
 
 def test_a_force_never_lets_go():
     """Force and spring have no mass, and draw as fast as the thread gives."""
-    for power in ({'kind': 'force'}, {'kind': 'spring', 'stiffness': 5}):
+    powers: list[dict[str, object]] = [{'kind': 'force'}, {'kind': 'spring', 'stiffness': 5}]
+    for power in powers:
         power |= {'force': 0.5}
         scene = scene_of(trochlea={**VERTICAL, 'power': power}, ship=falling(3.0), duration=6.0)
         assert SLACK not in run(scene)

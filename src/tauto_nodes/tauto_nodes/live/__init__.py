@@ -189,8 +189,10 @@ def run_nodes(makers: Sequence[Maker], args: Sequence[str] | None = None) -> int
             nodes.append(maker())
         _spin(nodes, signals)
     except (RCLError, UnknownROSArgsError) as error:
-        # rcl's message, for example if the folder of the logs (ROS_LOG_DIR) cannot be written
-        refusal = ParameterError(f'command line, parameter file or environment: {error}')
+        # rcl's message, for example if the home folder cannot be written
+        unwritable = 'log directory' in str(error)
+        remedy = '. Set ROS_LOG_DIR to a folder that can be written' if unwritable else ''
+        refusal = ParameterError(f'command line, parameter file or environment: {error}{remedy}')
     except Exception as error:
         refusal = error
     for node in nodes:  # their remaining messages are written and sent
