@@ -18,10 +18,10 @@ WIDTH = 99
 
 LIMITS = {
     # figure: (most today, goal)
-    'statements of src': (33_400, 33_500),
+    'statements of src': (33_410, 33_500),
     'lines of src': (71_000, 71_000),
     'files of src': (180, 190),
-    'lines of tests': (47_045, 42_000),
+    'lines of tests': (43_290, 42_000),
     'lines of benchmarks': (6_890, 7_000),
     'circles of imports': (0, 0),
 }

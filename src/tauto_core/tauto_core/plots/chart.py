@@ -63,13 +63,11 @@ class Chart:
     Attributes:
         x_label, y_label: labels of the axes, with their units.
         lines: from the back to the front.
-        log_x, log_y: whether an axis is logarithmic.
-        equal: whether both axes have the same scale.
+        log_x, log_y, equal: whether an axis is logarithmic, and both have the same scale.
         note: further information for the reader, or empty.
         y_ticks: whether the y axis has numbers. A drawing with a break has no numbers.
         is_map: whether x and y are longitude and latitude [°]. Coasts are drawn below the lines,
-            and miles have the same length both ways mid-map. A band without `high` is a closed
-            line.
+            and miles are as long both ways mid-map. A band without `high` is a closed line.
         names: names at places (x, y).
         below: the next chart below, on the same x axis.
     """

@@ -66,8 +66,7 @@ class CamOutline:
         radius_of_curvature_m: radius of curvature, (n,) [m].
         angle_rad: angle of the wheel at which the thread leaves the point, (n,) [rad].
         lever_arm_m: lever arm at that angle, (n,) [m].
-        arc_m: arc of a curve in a fluid from its lowest point, (n,) [m].
-        slope: sine of its inclination, (n,).
+        arc_m, slope: arc of a curve in a fluid [m], and sine of its inclination there, (n,).
         reach_rad: angle of the wheel at which the cheeks end [rad], None for a curve in a fluid.
         acts_from_rad: least angle with the thread on the cheeks [rad], for a given thickness.
         meeting_rad: angle at which the cheeks cross [rad], if they do. One plate ends there.

@@ -58,8 +58,7 @@ def animation(voyage: Voyage) -> dict[str, Any]:
             and `plumb_rad`, the apparent vertical. `true_s` is the true time of day at its start.
         hangs, fixed_end: whether the thread follows `plumb_rad`, and whether its end is fixed.
         winding: `angle_rad`, and `x`, `y` of the contact in the wheel's frame and `rise` [mm].
-        pivot: the pivot of a suspended case [mm].
-        lever: `x`, `y` of the fulcrum, and its angle `beta_rad` at `angle_rad` of the wheel.
+        pivot, lever: of a suspended case [mm]; `x`, `y` of the fulcrum, `beta_rad` at `angle_rad`.
         curve: in a fluid, `x`, `y` [mm] at `arc_m`. These four are null if there are none.
     """
     scene = voyage.scene

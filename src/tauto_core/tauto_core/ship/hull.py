@@ -144,8 +144,7 @@ class HullCoefficients:
     Attributes:
         source: how the tables were made.
         length: L of the waterline [m].
-        beam: of the waterline [m].
-        draught: without keel [m].
+        beam, draught: of the waterline, and without keel [m].
         volume: V, displaced [m3].
         buoyancy: x_B and z_B of the centre of buoyancy [m].
         waterplane_area: [m2].
