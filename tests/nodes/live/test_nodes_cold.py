@@ -67,7 +67,7 @@ def test_kernels_are_compiled_before_a_sensor_is_listened_to(bench: Bench, tmp_p
         assert kernels_in(cache) == compiled
         assert said[-1].level == DiagnosticStatus.OK, said[-1].message
         # Readings a second apart: no sample in between was lost.
-        assert len(readings) >= SECONDS - 1
+        bench.until(lambda: len(readings) >= SECONDS - 1)
         stamps = [reading.header.stamp.sec for reading in readings]
         assert stamps == list(range(stamps[0], stamps[0] + len(stamps)))
     finally:
