@@ -585,11 +585,11 @@ def compile_kernels(scene: Scene) -> None:
     samples = math.ceil(SAILED_TO_COMPILE_S * NS_PER_S / scene.step_ns)
     with optimised(), suppress(TautoError):
         motion = source.produce(samples)
-        stages.feed(motion)
-        stages.finish()
         imu = motion[SHIP_IMU]
         assert isinstance(imu, ImuSamples | SpatialImu)
         screen(message(imu), None)  # a node receives messages
+        stages.feed(motion)
+        stages.finish()
 
 
 def refused_words(health: Mapping[str, int]) -> str:
